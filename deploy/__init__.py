@@ -1,0 +1,1 @@
+"""From certified polynomials to a flight, its log and its report."""

@@ -1,0 +1,1 @@
+"""Flight logs: topics, writer, reader."""

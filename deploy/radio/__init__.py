@@ -1,0 +1,1 @@
+"""The drones as seen through cflib; the simulated radio behind cflib's driver seam."""

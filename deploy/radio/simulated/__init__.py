@@ -1,0 +1,1 @@
+"""A simulated Crazyflie swarm behind cflib's driver seam."""

@@ -1,0 +1,97 @@
+"""What a simulated Crazyflie's firmware and the simulated world say to each other, every 10 ms.
+
+The world owns the bodies (true state, motors, sensors, estimator, controllers, all drones at once); the firmware owns
+everything a client can see through packets (parameters, log, memory, commander, supervisor). World frame, SI units,
+quaternions x, y, z, w (body to world).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Protocol
+
+Vec3 = tuple[float, float, float]
+Quat = tuple[float, float, float, float]
+ZERO: Vec3 = (0.0, 0.0, 0.0)
+
+
+class SetpointMode(Enum):
+    """What of a setpoint the controller has to follow."""
+
+    OFF = "motors off"
+    FULL = "position, velocity, acceleration, jerk and yaw (high-level commander, full state)"
+    POSITION = "position and yaw"
+    VELOCITY = "velocity and yaw rate"
+    HOVER = "x, y velocity in the body frame, absolute z, yaw rate"
+    ATTITUDE = "roll, pitch, yaw rate and thrust"
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """What the commander asks of the controller.
+
+    Attributes:
+        mode: which of the other fields count.
+        position, velocity, acceleration, jerk: [m], [m/s], [m/s²], [m/s³].
+        yaw: [rad]. omega: body rates [rad/s] (feed-forward of FULL; omega[2] is the yaw rate elsewhere).
+        attitude: roll, pitch [rad]. thrust: 0..65535, of ATTITUDE.
+    """
+
+    mode: SetpointMode = SetpointMode.OFF
+    position: Vec3 = ZERO
+    velocity: Vec3 = ZERO
+    acceleration: Vec3 = ZERO
+    jerk: Vec3 = ZERO
+    yaw: float = 0.0
+    omega: Vec3 = ZERO
+    attitude: tuple[float, float] = (0.0, 0.0)
+    thrust: float = 0.0
+
+
+@dataclass(frozen=True)
+class PoseMeasurement:
+    """An external position or pose as it arrived over the radio."""
+
+    position: Vec3
+    quaternion: Quat | None
+    std_position: float = 0.01
+    std_quaternion: float = 0.0045
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Firmware to world, valid until the next tick."""
+
+    setpoint: Setpoint = field(default_factory=Setpoint)
+    motors_allowed: bool = False  # the supervisor's word; False cuts the motors whatever the setpoint says
+    controller: int = 1  # stabilizer.controller: 1 PID, 2 Mellinger
+    measurements: tuple[PoseMeasurement, ...] = ()  # since the last tick, oldest first
+    reset_estimator: bool = False  # kalman.resetEstimation was set since the last tick
+    initial_pose: tuple[Vec3, float] = (ZERO, 0.0)  # kalman.initialX/Y/Z, initialYaw: used by a reset
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """World to firmware: what the drone knows of itself (not the truth)."""
+
+    position: Vec3 = ZERO  # estimated
+    velocity: Vec3 = ZERO  # estimated
+    acceleration: Vec3 = ZERO  # estimated, world frame, without gravity [m/s²]
+    quaternion: Quat = (0.0, 0.0, 0.0, 1.0)  # estimated
+    gyro: Vec3 = ZERO  # body rates [rad/s]
+    accelerometer: Vec3 = (0.0, 0.0, 1.0)  # specific force, body frame [g]
+    variance_position: Vec3 = (1e-6, 1e-6, 1e-6)  # kalman.varX.. [m²]
+    variance_velocity: Vec3 = (1e-6, 1e-6, 1e-6)  # kalman.varPX.. [m²/s²]
+    motors: tuple[int, int, int, int] = (0, 0, 0, 0)  # commanded, 0..65535
+    thrust: float = 0.0  # collective command, 0..65535 scale
+    battery_voltage: float = 4.1  # under the present load [V]
+    saturated: bool = False  # a motor command was clipped since the last tick
+    tumbled: bool = False  # upside down or on its side for long enough that the firmware would say so
+
+
+class Firmware(Protocol):
+    """What the world needs of a simulated Crazyflie."""
+
+    def tick(self, t: float, telemetry: Telemetry) -> Orders:
+        """Run the firmware's 100 Hz work at world time t [s] (log blocks, commander, supervisor); answer with orders."""

@@ -1,0 +1,1 @@
+"""The post-flight report, one HTML file."""

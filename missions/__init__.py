@@ -1,0 +1,1 @@
+"""What to fly: mission files and the records they are parsed into."""

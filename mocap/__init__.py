@@ -1,0 +1,1 @@
+"""Where the drones are: motion capture."""

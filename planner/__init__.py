@@ -1,0 +1,1 @@
+"""How to fly: the offline planner. Pure: no hardware, no files, no printing."""

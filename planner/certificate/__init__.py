@@ -1,0 +1,1 @@
+"""Independent check of the encoded bytes against the mission."""

@@ -1,0 +1,1 @@
+"""The ergodic metric: basis, information map, E and its gradient."""

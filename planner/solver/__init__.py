@@ -1,0 +1,1 @@
+"""Solvers: Problem in, Plan out."""

@@ -1,0 +1,1 @@
+"""Plan to polynomials to bytes, and back."""
