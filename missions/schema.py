@@ -88,9 +88,7 @@ class ImageMap:
     file: str = field("PNG file, relative to the mission file")
     invert: bool = field("dark means much information", default=False)
     type: Literal["image"] = "image"
-    density: Array | None = dataclasses.field(
-        default=None, repr=False, compare=False, metadata={"internal": True}
-    )
+    density: Array | None = dataclasses.field(default=None, repr=False, compare=False, metadata={"internal": True})
 
 
 @dataclass(frozen=True)
@@ -99,9 +97,7 @@ class ArrayMap:
 
     file: str = field(".npy file, relative to the mission file (pickled objects are refused)")
     type: Literal["array"] = "array"
-    density: Array | None = dataclasses.field(
-        default=None, repr=False, compare=False, metadata={"internal": True}
-    )
+    density: Array | None = dataclasses.field(default=None, repr=False, compare=False, metadata={"internal": True})
 
 
 @dataclass(frozen=True)
@@ -165,9 +161,7 @@ class Limits:
 
     acceleration: float = field("largest acceleration per axis, |u|", unit="m/s²", above=0.0, at_most=20.0)
     speed: float = field("largest speed (Euclidean norm)", unit="m/s", above=0.0, at_most=10.0, default=1.0)
-    separation: float = field(
-        "smallest distance between two robots' centres", unit="m", at_least=0.0, default=0.3
-    )
+    separation: float = field("smallest distance between two robots' centres", unit="m", at_least=0.0, default=0.3)
 
 
 # ------------------------------------------------------------------------------------------------ robots and flight
@@ -183,9 +177,7 @@ class Robot:
     pad: Vector | None = field(
         "(x, y) of the landing pad it takes off from; default: under the start", unit="m", default=None
     )
-    rigid_body: str = field(
-        "name of its body in the motion-capture system; default: the robot's name", default=""
-    )
+    rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
 
 
 @dataclass(frozen=True)
@@ -199,12 +191,8 @@ class Flight:
         at_most=10.0,
         default=0.6,
     )
-    takeoff_duration: float = field(
-        "time to climb to the altitude", unit="s", at_least=0.5, at_most=30.0, default=3.0
-    )
-    landing_duration: float = field(
-        "time to descend to the floor", unit="s", at_least=0.5, at_most=30.0, default=3.0
-    )
+    takeoff_duration: float = field("time to climb to the altitude", unit="s", at_least=0.5, at_most=30.0, default=3.0)
+    landing_duration: float = field("time to descend to the floor", unit="s", at_least=0.5, at_most=30.0, default=3.0)
     transfer_speed: float = field(
         "mean speed of moves to the start points", unit="m/s", above=0.0, at_most=3.0, default=0.3
     )
@@ -213,12 +201,8 @@ class Flight:
     )
     airframe: str = field("an airframe of airframes.yaml", default="cf21")
     controller: Literal["pid", "mellinger"] = field("on-board controller", default="mellinger")
-    pose_rate: float = field(
-        "external poses sent to each drone", unit="Hz", at_least=5.0, at_most=200.0, default=50.0
-    )
-    log_rate: float = field(
-        "rate of the drones' own telemetry", unit="Hz", at_least=1.0, at_most=100.0, default=10.0
-    )
+    pose_rate: float = field("external poses sent to each drone", unit="Hz", at_least=5.0, at_most=200.0, default=50.0)
+    log_rate: float = field("rate of the drones' own telemetry", unit="Hz", at_least=1.0, at_most=100.0, default=10.0)
     battery_minimum: float = field(
         "least battery voltage for take-off", unit="V", at_least=2.8, at_most=4.3, default=3.7
     )
@@ -229,9 +213,7 @@ class Flight:
         at_most=10.0,
         default=0.3,
     )
-    tracking_limit: float = field(
-        "tracking error at which all land", unit="m", above=0.0, at_most=5.0, default=0.3
-    )
+    tracking_limit: float = field("tracking error at which all land", unit="m", above=0.0, at_most=5.0, default=0.3)
     parameters: Mapping[str, float] = field(
         "further on-board parameters to set, 'group.name: value'", default=MappingProxyType({})
     )
