@@ -94,4 +94,4 @@ class Firmware(Protocol):
     """What the world needs of a simulated Crazyflie."""
 
     def tick(self, t: float, telemetry: Telemetry) -> Orders:
-        """Run the firmware's 100 Hz work at world time t [s] (log blocks, commander, supervisor); answer with orders."""
+        """Run the 100 Hz work (log blocks, commander, supervisor) at world time t [s]; answer with orders."""
