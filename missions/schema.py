@@ -125,8 +125,8 @@ class ProbabilisticConnectivity:
     """Every pair's connection probability reaches a threshold in every sub-period (IMEC, Eq. 8)."""
 
     range: float = field("communication range R_c", unit="m", above=0.0)
-    sub_periods: int = field("number of equal sub-periods N_p", at_least=1, default=1)
     threshold: float = field("least connection probability ε_c", above=0.0, below=1.0)
+    sub_periods: int = field("number of equal sub-periods N_p", at_least=1, default=1)
     indicator: Literal["gaussian"] = field("shape of the connection indicator Γ", default="gaussian")
     pairs: Literal["all"] = field("which pairs must connect", default="all")
     policy: Literal["probabilistic"] = "probabilistic"
