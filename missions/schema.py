@@ -37,6 +37,8 @@ def field(
         "at_most": at_most,
         "below": below,
     }
+    if isinstance(default, Mapping):  # dataclasses refuse unhashable defaults, although this one is read-only
+        return dataclasses.field(default_factory=lambda: default, metadata=MappingProxyType(meta))
     return dataclasses.field(default=default, metadata=MappingProxyType(meta))
 
 
