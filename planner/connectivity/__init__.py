@@ -1,0 +1,1 @@
+"""Connectivity: who can talk to whom, as probabilities and as meetings."""
