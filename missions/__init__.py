@@ -1,1 +1,7 @@
 """What to fly: mission files and the records they are parsed into."""
+
+from missions.airframes import Airframe, airframe, airframe_names
+from missions.errors import MissionError
+from missions.schema import Mission
+
+__all__ = ["Airframe", "Mission", "MissionError", "airframe", "airframe_names"]
