@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 MEMORY_SIZE = 4096  # bytes of trajectory memory on a Crazyflie (firmware TRAJECTORY_MEMORY_SIZE)
@@ -24,11 +24,13 @@ class EncodedTrajectory:
         encoding: memory format.
         data: the bytes, at most :data:`MEMORY_SIZE`; a compressed trajectory includes its zero-duration end marker.
         pieces: number of pieces (the end marker does not count).
+        reason: why this encoding was taken, for people; no part of the hash or of equality.
     """
 
     encoding: Encoding
     data: bytes
     pieces: int
+    reason: str = field(default="", compare=False)
 
     @property
     def sha256(self) -> str:

@@ -1,0 +1,194 @@
+"""The firmware's compressed trajectory format (crazyflie-firmware ``pptraj_compressed.c``).
+
+8 bytes of start (x, y, z in mm, yaw in 0.1°; int16), then segments, then a segment of zero duration as end marker.
+A segment is one byte of types (2 bits an axis: x, y << 2, z << 4, yaw << 6), the duration in ms (uint16), and the
+Bézier control points of each axis after the first one: type 0 has none (constant), 1 has 1 (linear), 2 has 3 (cubic),
+3 has 7 (degree 7). The first control point is the end of the segment before. The firmware ignores the piece count
+and walks until the end marker, so the marker is mandatory here.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+
+from missions.arrays import Array
+from planner.trajectory.bezier import control_points, power_coefficients
+from planner.trajectory.encoded import MEMORY_SIZE
+from planner.trajectory.errors import TrajectoryError
+from planner.trajectory.piecewise import PiecewisePolynomial
+
+END_MARKER = b"\0\0\0"
+LONGEST_PIECE = 65.535  # [s], uint16 ms
+FARTHEST = 32.767  # [m], int16 mm
+
+_DEGREES = (0, 1, 3, 7)  # by type
+_UNITS = np.array([1e3, 1e3, 1e3, 1800.0 / math.pi])  # integer steps per metre or radian
+_LARGEST = 32767
+_SMOOTHING = 5  # steps a control point may leave its nearest integer to keep velocity and acceleration continuous
+
+
+def encode_compressed(trajectory: PiecewisePolynomial) -> bytes:
+    """Encode a trajectory, end marker included; rounding is part of the model.
+
+    Joint times are rounded to 1 ms (not durations: their errors would add up). A segment starts at the integers where
+    the one before ended, and its next two control points are the integers that continue velocity and acceleration
+    best, not the ones nearest to the given curve: a 1 mm grid would otherwise shake the acceleration at joints.
+
+    Raises:
+        TrajectoryError: coordinates beyond ±32.767 m or yaw beyond ±3276.7°, a piece shorter than 1 ms or longer
+            than 65.535 s, more than 4096 bytes.
+    """
+    milliseconds = np.diff(np.rint(trajectory.knots() * 1e3))
+    if (milliseconds < 1).any() or (milliseconds > 0xFFFF).any():
+        worst = float(trajectory.durations[np.argmax((milliseconds < 1) | (milliseconds > 0xFFFF))])
+        raise TrajectoryError(f"compressed: a piece lasts {worst:g} s; allowed are 0.001 to {LONGEST_PIECE} s")
+    ideal = control_points(trajectory.coefficients, trajectory.durations) * _UNITS[:, None]  # (M, 4, 8) [steps]
+    if not (np.abs(ideal) <= _LARGEST).all():
+        worst = float(np.max(np.abs(ideal / _UNITS[:, None])))
+        raise TrajectoryError(
+            f"compressed: a control point at {worst:g} m or rad; allowed are ±{FARTHEST} m and ±3276.7°"
+        )
+    axes = [_round_axis(ideal[:, axis], milliseconds) for axis in range(4)]
+    starts = [int(axis[0][0]) for axis in axes]
+    parts = [struct.pack("<4h", *starts)]
+    for piece, duration in enumerate(milliseconds):
+        curves = [axis[piece] for axis in axes]
+        types = sum(_DEGREES.index(len(curve) - 1) << (2 * axis) for axis, curve in enumerate(curves))
+        points = [int(point) for curve in curves for point in curve[1:]]
+        parts.append(struct.pack(f"<BH{len(points)}h", types, int(duration), *points))
+    data = b"".join(parts) + END_MARKER
+    if len(data) > MEMORY_SIZE:
+        raise TrajectoryError(f"compressed: {len(data)} bytes; the trajectory memory holds {MEMORY_SIZE}")
+    return data
+
+
+def decode_compressed(data: bytes, pieces: int) -> PiecewisePolynomial:
+    """Decode ``pieces`` segments as the firmware does.
+
+    Raises:
+        TrajectoryError: cut data, a missing end marker, bytes behind it, another number of segments than ``pieces``.
+    """
+    if len(data) > MEMORY_SIZE:
+        raise TrajectoryError(f"compressed: {len(data)} bytes; the trajectory memory holds {MEMORY_SIZE}")
+    segments = _parse(data)
+    if len(segments) != pieces or not segments:
+        raise TrajectoryError(f"compressed: {len(segments)} segments before the end marker; {pieces} expected")
+    durations = np.array([segment.milliseconds for segment in segments]) / 1e3
+    coefficients = np.zeros((len(segments), 4, 8))
+    for m, segment in enumerate(segments):
+        for axis, curve in enumerate(segment.curves):
+            points = np.array(curve, dtype=np.float64)[None] / _UNITS[axis]
+            coefficients[m, axis, : len(curve)] = power_coefficients(points, durations[m : m + 1])[0]
+    return PiecewisePolynomial(durations, coefficients)
+
+
+@dataclass(frozen=True)
+class _Segment:
+    """One segment: duration, and per axis all control points, the first included [steps]."""
+
+    milliseconds: int
+    curves: tuple[tuple[int, ...], ...]
+
+
+def _parse(data: bytes) -> list[_Segment]:
+    """Walk the bytes up to the end marker, which must be their end."""
+    try:
+        now = list(struct.unpack_from("<4h", data))
+        offset, segments = 8, []
+        while True:
+            types, milliseconds = struct.unpack_from("<BH", data, offset)
+            offset += 3
+            if milliseconds == 0:
+                break
+            curves = []
+            for axis in range(4):
+                count = _DEGREES[types >> (2 * axis) & 3]
+                points = struct.unpack_from(f"<{count}h", data, offset)
+                offset += 2 * count
+                curves.append((now[axis], *points))
+                now[axis] = curves[-1][-1]
+            segments.append(_Segment(milliseconds, tuple(curves)))
+    except struct.error:
+        raise TrajectoryError(f"compressed: cut after {len(data)} bytes, without an end marker") from None
+    if offset != len(data) or types:
+        raise TrajectoryError(f"compressed: the end marker ends at byte {offset} of {len(data)}, types {types:#x}")
+    return segments
+
+
+def _round_axis(ideal: Array, milliseconds: Array) -> list[Array]:
+    """Integer control points of one axis, per piece 1, 2, 4 or 8 of them.
+
+    Args:
+        ideal: (M, 8) control points [steps].
+        milliseconds: (M,) durations.
+    """
+    curves: list[Array] = []
+    start = np.rint(ideal[0, 0])
+    before: Array | None = None  # the 8 control points of the piece before, as encoded
+    for m, points in enumerate(ideal):
+        curve = _lowest_degree(points, start)
+        if curve is None:
+            ratio = milliseconds[m] / milliseconds[m - 1]
+            curve = _round_septic(points, start, before, ratio)
+        curves.append(curve)
+        before = _elevate(curve)
+        start = curve[-1]
+    return curves
+
+
+def _lowest_degree(points: Array, start: float) -> Array | None:
+    """Control points of degree 0, 1 or 3 if such a curve is within rounding of the ideal one, else None."""
+    for degree in (0, 1, 3):
+        low = _reduce(points, degree)
+        low = np.concatenate([[start], np.rint(low[1:])])
+        if np.abs(_elevate(low) - points).max() <= 0.5 + 1e-6:
+            return low
+    return None
+
+
+def _reduce(points: Array, degree: int) -> Array:
+    """Least-squares control points of a lower degree (ends interpolated)."""
+    if degree == 0:
+        return points[:1]
+    matrix = _elevation(degree)
+    ends = np.zeros(degree + 1)
+    ends[0], ends[-1] = points[0], points[-1]
+    if degree > 1:
+        inner = np.linalg.lstsq(matrix[:, 1:-1], points - matrix @ ends, rcond=None)[0]
+        ends[1:-1] = inner
+    return ends
+
+
+def _elevation(degree: int) -> Array:
+    """(8, degree+1) degree elevation to 7."""
+    i, j = np.arange(8), np.arange(degree + 1)
+    return np.array(
+        [
+            [math.comb(degree, b) * math.comb(7 - degree, a - b) / math.comb(7, a) if a >= b else 0.0 for b in j]
+            for a in i
+        ]
+    )
+
+
+def _elevate(curve: Array) -> Array:
+    """The 8 control points of a curve of lower degree."""
+    return _elevation(len(curve) - 1) @ curve
+
+
+def _round_septic(points: Array, start: float, before: Array | None, ratio: float) -> Array:
+    """Round 8 control points; the second and third continue the derivatives of the piece before, if they can."""
+    curve = np.rint(points)
+    curve[0] = start
+    if before is None:
+        return curve
+    velocity = ratio * (before[7] - before[6])
+    acceleration = ratio**2 * (before[7] - 2 * before[6] + before[5])
+    second = np.rint(start + velocity)
+    third = np.rint(2 * second - start + acceleration)
+    if abs(second - points[1]) <= _SMOOTHING and abs(third - points[2]) <= _SMOOTHING:
+        curve[1], curve[2] = second, third
+    return np.clip(curve, -_LARGEST, _LARGEST)

@@ -1,0 +1,45 @@
+"""Stage 5 of 7: polynomials to the bytes of the trajectory memory, and back."""
+
+from __future__ import annotations
+
+from missions.schema import TrajectorySettings
+from planner.trajectory.compressed import decode_compressed, encode_compressed
+from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding
+from planner.trajectory.errors import TrajectoryError
+from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.trajectory.poly4d import MAX_PIECES, decode_poly4d, encode_poly4d
+
+_DEFAULTS = TrajectorySettings()
+
+
+def encode(trajectory: PiecewisePolynomial, settings: TrajectorySettings = _DEFAULTS) -> EncodedTrajectory:
+    """Encode a trajectory in the format the settings ask for.
+
+    ``auto`` takes poly4d when the pieces fit, because float32 keeps micrometres where the compressed format rounds to
+    millimetres; the result's ``reason`` says which was taken and why.
+
+    Raises:
+        TrajectoryError: it does not fit the format or the memory.
+    """
+    wanted = settings.encoding
+    if wanted == "poly4d" or (wanted == "auto" and trajectory.pieces <= MAX_PIECES):
+        data, encoding = encode_poly4d(trajectory), Encoding.POLY4D
+        why = "asked for" if wanted == "poly4d" else f"at most {MAX_PIECES} pieces, float32 accuracy"
+    else:
+        data, encoding = encode_compressed(trajectory), Encoding.COMPRESSED
+        why = "asked for" if wanted == "compressed" else f"more than the {MAX_PIECES} pieces poly4d has room for"
+    reason = f"{encoding.name.lower()} ({why}): {trajectory.pieces} pieces, {len(data)} of {MEMORY_SIZE} bytes"
+    return EncodedTrajectory(encoding, data, trajectory.pieces, reason)
+
+
+def decode(encoded: EncodedTrajectory) -> PiecewisePolynomial:
+    """What the firmware will fly, from the bytes alone.
+
+    Raises:
+        TrajectoryError: the bytes are no trajectory of that format and piece count.
+    """
+    if encoded.encoding is Encoding.POLY4D:
+        return decode_poly4d(encoded.data, encoded.pieces)
+    if encoded.encoding is Encoding.COMPRESSED:
+        return decode_compressed(encoded.data, encoded.pieces)
+    raise TrajectoryError(f"unknown encoding {encoded.encoding!r}; known: {', '.join(e.name for e in Encoding)}")
