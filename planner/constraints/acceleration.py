@@ -1,0 +1,47 @@
+"""Control bounds: |u| ≤ u_max per axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missions.arrays import Array
+from planner.constraints.base import Evaluation, Place
+from planner.dynamics import Cotangent, Motion
+
+
+@dataclass(frozen=True)
+class ControlBound:
+    """g = (u² − u_max²)/(2 u_max): both bounds in one, m/s² to first order at the limit.
+
+    Attributes:
+        limit: u_max [m/s²].
+        names: of all robots. dt: planning step [s].
+    """
+
+    limit: float
+    names: tuple[str, ...]
+    dt: float
+    tolerance: float
+    name: str = "acceleration"
+    unit: str = "m/s²"
+
+    def evaluate(self, motion: Motion) -> Evaluation:
+        """Residual (T, N, ν)."""
+        u = motion.u
+
+        def pull(weights: Array, cotangent: Cotangent) -> None:
+            cotangent.u[...] += u * (weights / self.limit)
+
+        return Evaluation((u * u - self.limit**2) / (2.0 * self.limit), pull)
+
+    def violation(self, motion: Motion) -> Array:
+        """Acceleration above the bound [m/s²], (T, N, ν)."""
+        excess: Array = np.abs(motion.u) - self.limit
+        return excess
+
+    def place(self, index: tuple[int, ...]) -> Place:
+        """The robot, the axis, the instant."""
+        t, robot, axis = index
+        return Place(f"{self.names[robot]}, {'xyz'[axis]}", t * self.dt)

@@ -1,0 +1,53 @@
+"""What a constraint is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from missions.arrays import Array
+from planner.dynamics import Cotangent, Motion
+
+
+class Evaluation(NamedTuple):
+    """A constraint at a motion.
+
+    Attributes:
+        residual: g, any shape; satisfied where g ≤ 0.
+        pull: ``pull(weights, cotangent)`` adds the gradient of Σ weights · g to the cotangent.
+    """
+
+    residual: Array
+    pull: Callable[[Array, Cotangent], None]
+
+
+class Place(NamedTuple):
+    """Where and when one component of a residual lives."""
+
+    where: str
+    time: float | None
+
+
+class Constraint(Protocol):
+    """A family of inequalities g ≤ 0 of one kind."""
+
+    @property
+    def name(self) -> str:
+        """What is constrained, e.g. ``separation``."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of g: metres for distances, "" for logarithms of probabilities."""
+
+    @property
+    def tolerance(self) -> float:
+        """What counts as met: 1 mm for distances, and its like in other units."""
+
+    def evaluate(self, motion: Motion) -> Evaluation:
+        """Residual and vector-Jacobian product at a motion."""
+
+    def violation(self, motion: Motion) -> Array:
+        """By how much each component misses its limit, exactly, in :attr:`unit` (negative: has room)."""
+
+    def place(self, index: tuple[int, ...]) -> Place:
+        """Who, and when, a component of the residual speaks of."""

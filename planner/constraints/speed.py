@@ -1,0 +1,49 @@
+"""Robots keep below a speed: |v| ≤ v_max (Euclidean norm)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missions.arrays import Array
+from planner.constraints.base import Evaluation, Place
+from planner.dynamics import Cotangent, Motion
+
+
+@dataclass(frozen=True)
+class Speed:
+    """g = (|v|² − v_max²)/(2 v_max): m/s to first order at the limit, smooth at rest.
+
+    Velocity is linear over a step, so |v| is convex and the steps' samples bound it.
+
+    Attributes:
+        limit: v_max [m/s].
+        names: of all robots. dt: planning step [s].
+    """
+
+    limit: float
+    names: tuple[str, ...]
+    dt: float
+    name: str = "speed"
+    unit: str = "m/s"
+    tolerance: float = 1e-3
+
+    def evaluate(self, motion: Motion) -> Evaluation:
+        """Residual (T+1, N)."""
+        v = motion.v
+        residual = (np.einsum("tnd,tnd->tn", v, v) - self.limit**2) / (2.0 * self.limit)
+
+        def pull(weights: Array, cotangent: Cotangent) -> None:
+            cotangent.v[...] += v * (weights / self.limit)[..., None]
+
+        return Evaluation(residual, pull)
+
+    def violation(self, motion: Motion) -> Array:
+        """Speed above the limit [m/s], (T+1, N)."""
+        excess: Array = np.linalg.norm(motion.v, axis=-1) - self.limit
+        return excess
+
+    def place(self, index: tuple[int, ...]) -> Place:
+        """The robot, the instant."""
+        return Place(self.names[index[1]], index[0] * self.dt)
