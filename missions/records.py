@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import re
 import types
 import typing
 from collections.abc import Iterable
@@ -152,6 +153,10 @@ class RecordReader:
     def _list(self, node: Node, item: Any, where: str, meta: MappingABC[str, Any]) -> tuple[Any, ...]:  # noqa: ANN401
         if not isinstance(node, Sequence):
             raise self.error(f"got {_kind(node)}; allowed: a list{_unit(meta)}", where)
+        least, most = meta.get("items") or (0, len(node.items))
+        if not least <= len(node.items) <= most:
+            allowed = f"{least}" if least == most else f"{least} to {most}"
+            raise self.error(f"got {len(node.items)} items; allowed: {allowed}{_unit(meta)}", where)
         return tuple(self._value(child, item, f"{where}[{i}]", meta) for i, child in enumerate(node.items))
 
     def _table(
@@ -183,6 +188,8 @@ class RecordReader:
             raise self.error(f"{error}{_unit(meta)}", where) from None
         if isinstance(value, int | float) and not isinstance(value, bool) and not _within(value, meta):
             raise self.error(f"got {node.text}; allowed: {bounds(meta)}{_unit(meta)}", where)
+        if isinstance(value, str) and meta.get("pattern") and not re.fullmatch(meta["pattern"], value):
+            raise self.error(f"got {value[:80]!r}; allowed: {meta['doc']}", where)
         return value
 
 

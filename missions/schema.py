@@ -17,6 +17,8 @@ from missions.arrays import Array
 
 Vector = tuple[float, ...]
 
+NAME = "[A-Za-z0-9_][A-Za-z0-9_-]{0,63}"  # safe in file names, topics and on a command line
+
 
 def field(
     doc: str,
@@ -27,8 +29,14 @@ def field(
     above: float | None = None,
     at_most: float | None = None,
     below: float | None = None,
+    items: tuple[int, int] | None = None,
+    pattern: str = "",
 ) -> Any:  # noqa: ANN401 - like dataclasses.field
-    """A record field with its meaning, unit and allowed range (applied to every number in it)."""
+    """A record field with its meaning, unit and what is allowed in it.
+
+    Bounds apply to every number in the field, ``items`` is the least and largest length of a list, ``pattern`` a
+    regular expression for the whole of a text.
+    """
     meta = {
         "doc": doc,
         "unit": unit,
@@ -36,6 +44,8 @@ def field(
         "above": above,
         "at_most": at_most,
         "below": below,
+        "items": items,
+        "pattern": pattern,
     }
     if isinstance(default, Mapping):  # dataclasses refuse unhashable defaults, although this one is read-only
         return dataclasses.field(default_factory=lambda: default, metadata=MappingProxyType(meta))
@@ -49,8 +59,8 @@ def field(
 class Workspace:
     """The box that is searched; robots stay inside it while they search."""
 
-    lower: Vector = field("lower corner, one number an axis (2 or 3)", unit="m")
-    upper: Vector = field("upper corner", unit="m")
+    lower: Vector = field("lower corner, one number an axis (2 or 3)", unit="m", items=(2, 3))
+    upper: Vector = field("upper corner", unit="m", items=(2, 3))
 
 
 @dataclass(frozen=True)
@@ -68,7 +78,7 @@ class Horizon:
 class Gaussian:
     """One component of a Gaussian mixture."""
 
-    mean: Vector = field("centre", unit="m")
+    mean: Vector = field("centre", unit="m", items=(2, 3))
     covariance: float | Vector | tuple[Vector, ...] = field(
         "a number (isotropic), a diagonal, or a full matrix", unit="m²"
     )
@@ -79,7 +89,7 @@ class Gaussian:
 class GaussianMixtureMap:
     """Information as a sum of Gaussians; weights are normalised."""
 
-    components: tuple[Gaussian, ...] = field("the Gaussians")
+    components: tuple[Gaussian, ...] = field("the Gaussians", items=(1, 1000))
     type: Literal["gaussians"] = "gaussians"
 
 
@@ -149,7 +159,7 @@ Connectivity = ProbabilisticConnectivity | NoConnectivity
 class CircleObstacle:
     """A vertical cylinder seen from above; robots' centres stay outside."""
 
-    center: Vector = field("centre (x, y)", unit="m")
+    center: Vector = field("centre (x, y)", unit="m", items=(2, 2))
     radius: float = field("radius", unit="m", above=0.0)
     type: Literal["circle"] = "circle"
 
@@ -173,11 +183,11 @@ class Limits:
 class Robot:
     """One Crazyflie."""
 
-    name: str = field("unique name, used in files and logs: letters, digits, '_' and '-'")
-    start: Vector = field("where the search starts", unit="m")
+    name: str = field("unique name, used in files and logs: letters, digits, '_' and '-'", pattern=NAME)
+    start: Vector = field("where the search starts", unit="m", items=(2, 3))
     uri: str = field("cflib link URI on hardware, e.g. radio://0/80/2M/E7E7E7E701", default="")
     pad: Vector | None = field(
-        "(x, y) of the landing pad it takes off from; default: under the start", unit="m", default=None
+        "(x, y) of the landing pad it takes off from; default: under the start", unit="m", default=None, items=(2, 2)
     )
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
 
@@ -267,15 +277,15 @@ class Mission:
     """A mission: where, what is worth seeing, who searches, under which rules."""
 
     schema_version: int = field("format of this file; 1", at_least=1, at_most=1)
-    name: str = field("short name, used in file names: letters, digits, '_' and '-'")
+    name: str = field("short name, used in file names: letters, digits, '_' and '-'", pattern=NAME)
     workspace: Workspace = field("the box that is searched")
     horizon: Horizon = field("length and sampling of the search")
     information: InformationMap = field("where there is something to see")
-    robots: tuple[Robot, ...] = field("who searches (1 to 100)")
+    robots: tuple[Robot, ...] = field("who searches (1 to 100)", items=(1, 100))
     limits: Limits = field("what every robot may do")
     description: str = field("free text", default="")
     connectivity: Connectivity = field("who has to meet", default=NoConnectivity())
-    obstacles: tuple[Obstacle, ...] = field("what to stay out of", default=())
+    obstacles: tuple[Obstacle, ...] = field("what to stay out of", default=(), items=(0, 1000))
     basis: Basis = field("cosine basis of the ergodic metric", default=Basis())
     flight: Flight = field("take-off, rates, on-board settings", default=Flight())
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())

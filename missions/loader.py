@@ -1,0 +1,86 @@
+"""Stage 1 of 7: mission.yaml to Mission.
+
+Text becomes nodes (:mod:`missions.yamltree`), nodes become records (:mod:`missions.records`), records are checked
+against each other (:mod:`missions.validate`), and the files they name are read (:mod:`missions.maps`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from types import MappingProxyType
+
+from missions.errors import MissionError
+from missions.files import read_map_file, read_text
+from missions.maps import MapError, read_density
+from missions.records import RecordReader
+from missions.schema import ArrayMap, ImageMap, Mission, MissionSource
+from missions.validate import validate
+from missions.yamltree import Mapping, Node, Scalar, parse_yaml
+
+SCHEMA_VERSION = "1"
+
+
+def load_mission(path: str | Path) -> Mission:
+    """Read a mission file and the files it names.
+
+    Args:
+        path: the mission file; file names in it are relative to its folder.
+
+    Raises:
+        MissionError: anything wrong, in one line: ``file:line: path in the file: what, got, allowed``.
+    """
+    path = Path(path)
+    return parse_mission(read_text(path), path=str(path), read_file=lambda name: read_map_file(path.parent, name))
+
+
+def parse_mission(text: str, *, path: str, read_file: Callable[[str], bytes]) -> Mission:
+    """Read a mission from its text, e.g. as embedded in a plan file.
+
+    Args:
+        text: the mission file's text.
+        path: what to call the file in messages and in ``Mission.source``.
+        read_file: contents of a file the mission names, by the name written there, e.g.
+            ``source.files.__getitem__``. May raise MissionError, KeyError or OSError.
+
+    Raises:
+        MissionError: as :func:`load_mission`.
+    """
+    root = parse_yaml(text, file=path)
+    reader = RecordReader(path)
+    _check_version(root, reader)
+    mission = reader.read_record(root, Mission)
+    validate(mission, reader.error)
+    mission, files = _with_density(mission, read_file, reader)
+    return dataclasses.replace(mission, source=MissionSource(path, text, MappingProxyType(files)))
+
+
+def _check_version(root: Node, reader: RecordReader) -> None:
+    """First of all: in a file of another version every other complaint would mislead."""
+    version = root.items.get("schema_version") if isinstance(root, Mapping) else None
+    if isinstance(version, Scalar) and version.text != SCHEMA_VERSION:
+        reader.lines["schema_version"] = version.line
+        raise reader.error(f"got {version.text[:40]!r}; allowed: {SCHEMA_VERSION}", "schema_version")
+
+
+def _with_density(
+    mission: Mission, read_file: Callable[[str], bytes], reader: RecordReader
+) -> tuple[Mission, dict[str, bytes]]:
+    """The mission with its map's file read, and every file that was read."""
+    information = mission.information
+    if not isinstance(information, ImageMap | ArrayMap):
+        return mission, {}
+    name = information.file
+    try:
+        data = read_file(name)
+        density = read_density(information, data, mission.dimension)
+    except MissionError as error:
+        raise reader.error(error.reason, "information.file") from None
+    except MapError as error:
+        raise reader.error(f"{name!r}: {error}", "information.file") from None
+    except KeyError:
+        raise reader.error(f"{name!r} is not among the mission's files", "information.file") from None
+    except OSError as error:
+        raise reader.error(f"cannot read {name!r}: {error.strerror or error}", "information.file") from None
+    return dataclasses.replace(mission, information=dataclasses.replace(information, density=density)), {name: data}
