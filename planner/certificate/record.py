@@ -17,6 +17,7 @@ class Check:
         passed: whether it does.
         where: robot, pair or obstacle it was found at.
         time: time of the worst value [s] since the start of the search; None if it has none.
+        tolerance: how far value may be on the wrong side of limit and still pass (numerics, not safety).
     """
 
     name: str
@@ -27,6 +28,7 @@ class Check:
     passed: bool
     where: str = ""
     time: float | None = None
+    tolerance: float = 0.0
 
 
 @dataclass(frozen=True)
