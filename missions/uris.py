@@ -6,11 +6,13 @@ import re
 
 from missions.records import did_you_mean
 
-# The forms cflib 0.1 accepts (cflib/crtp/*driver.py), and our own sim://.
+# The forms cflib 0.1 accepts (cflib/crtp/*driver.py), and our own sim://. Stricter where cflib guesses: it takes a
+# missing channel for 2, an unknown rate for 2M, and fills a short address up with zeros.
 _FORMS = {
     "radio": (
-        r"(?:[0-9]{1,2}|[0-9A-F]{10})/(?:12[0-5]|1[01][0-9]|[0-9]{1,2})/(?:250K|1M|2M)(?:/[0-9A-F]{10})?(?:\?[\w=&.]+)?",
-        "radio://0/80/2M/E7E7E7E701 (dongle, channel 0 to 125, rate 250K, 1M or 2M, address in 10 upper-case digits)",
+        r"(?:[0-9]{1,9}|[0-9A-Fa-f]{10,})/(?:12[0-5]|1[01][0-9]|[0-9]{1,2})/(?:250K|1M|2M)"
+        r"(?:/[0-9A-Fa-f]{10})?(?:\?[A-Za-z0-9_=&.]+)?",
+        "radio://0/80/2M/E7E7E7E701 (dongle, channel 0 to 125, rate 250K, 1M or 2M, address of 10 hexadecimal digits)",
     ),
     "usb": (r"[0-9]+", "usb://0"),
     "udp": (r"[^/\s:]+:[0-9]{1,5}", "udp://127.0.0.1:19850"),
@@ -43,5 +45,5 @@ def same_drone(uri: str) -> str:
         return uri
     parts = uri.removeprefix("radio://").partition("?")[0].split("/")
     channel, rate = str(int(parts[1])), parts[2]
-    address = parts[3] if len(parts) > 3 else "E7E7E7E7E7"  # cflib's default address
+    address = parts[3].upper() if len(parts) > 3 else "E7E7E7E7E7"  # cflib's default address
     return f"radio {channel} {rate} {address}"
