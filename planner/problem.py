@@ -57,14 +57,15 @@ class Problem:
         dynamics: from controls to motion. dt: step [s].
         metric: what is minimised (its logarithm).
         constraints: what has to hold.
-        meetings: constraints the solver adds only if its plan misses them without (usually they hold by themselves).
+        preferences: constraints that the search enforces too, but that a plan may miss: with the probabilistic policy
+            a mission asks for P only, and pairs that truly meet are what P is meant to bring about.
         control_weight: R. ergodic_weight: r_E.
     """
 
     dynamics: Dynamics
     metric: Metric
     constraints: tuple[Constraint, ...]
-    meetings: tuple[Constraint, ...]
+    preferences: tuple[Constraint, ...]
     dt: float
     control_weight: float
     ergodic_weight: float = 1.0
@@ -89,7 +90,7 @@ def build_problem(mission: Mission, margins: Margins | None = None) -> Problem:
             *_envelope(mission, margins, start),
             *_connection(mission, margins),
         ),
-        meetings=_meetings(mission, margins),
+        preferences=_meetings(mission, margins),
         dt=dt,
         control_weight=mission.solver.control_weight,
     )

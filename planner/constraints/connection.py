@@ -43,9 +43,7 @@ class Connection:
         P = np.maximum(P, np.finfo(np.float64).tiny)  # exp underflows beyond 37 R_c
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            cotangent.q[:-1] += pull_connection_probability(
-                q, self.R_c, self.pairs, self.bounds, gamma, -weights / P
-            )
+            cotangent.q[:-1] += pull_connection_probability(q, self.R_c, self.pairs, self.bounds, gamma, -weights / P)
 
         return Evaluation(np.log(self.threshold / P), pull)
 

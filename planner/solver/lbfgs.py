@@ -106,7 +106,7 @@ def line_search(objective: Objective, start: Point, direction: Array, step: floa
         z = start.z + step * direction
         f, g = objective(z)
         slope_here = float(g @ direction)
-        if not math.isfinite(f) or f > start.f + ARMIJO * step * slope or f >= f_low and low > 0.0:
+        if not math.isfinite(f) or f > start.f + ARMIJO * step * slope or (f >= f_low and low > 0.0):
             high = (step, f, slope_here)
         else:
             best = Point(z, f, g)

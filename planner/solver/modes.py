@@ -1,11 +1,12 @@
 """The change of variables u = S z in which the problem is well conditioned.
 
-Controls are combinations of K cosine modes, φ_k(t) = cos(π k (t+½)/T), k = 1..K (DCT-II without its constant): every one
-of them sums to zero, so robots that start at rest end at rest, exactly; and K bounds the bandwidth, so that plans fit
-into the few polynomial pieces a drone has memory for.
+Controls are combinations of K cosine modes, φ_k(t) = cos(π k (t+½)/T), k = 1..K (DCT-II without its constant): every
+one of them sums to zero, so robots that start at rest end at rest, exactly; and K bounds the bandwidth, so that plans
+fit into the few polynomial pieces a drone has memory for.
 
-Within that space S Sᵀ = (Φᵀ (R I + J D'D + Γ' Q Γ) Φ)⁻¹, the inverse Hessian of a quadratic model: R u² + J u̇² + deviation
-of position and velocity, with Γ the double integrator's control-to-state map. L-BFGS on u itself stalls; on z it does not.
+Within that space S Sᵀ = (Φᵀ (R I + J D'D + Γ' Q Γ) Φ)⁻¹, the inverse Hessian of a quadratic model: R u² + J u̇² plus
+deviation of position and velocity, with Γ the double integrator's control-to-state map. L-BFGS on u itself stalls; on
+z it does not.
 """
 
 from __future__ import annotations

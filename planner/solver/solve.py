@@ -1,0 +1,179 @@
+"""Stage 3 of 7: Problem in, Plan out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from missions.arrays import Array
+from missions.schema import SolverSettings
+from planner.constraints.base import Constraint
+from planner.dynamics import Motion
+from planner.plan import Plan
+from planner.problem import Problem
+from planner.solver import augmented_lagrangian as al
+from planner.solver.lagrangian import Lagrangian
+from planner.solver.lbfgs import Memory
+from planner.solver.modes import Weights, control_modes
+from planner.solver.result import Progress, SolveOutcome, SolveStatus, Violation
+
+START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
+WARM_PENALTY = 30.0  # μ a warm start begins with: stiff enough to keep what the given plan has settled
+
+
+def solve(
+    problem: Problem,
+    settings: SolverSettings,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    initial: Plan | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    schedule: al.Schedule | None = None,
+) -> SolveOutcome:
+    """Search for the plan of lowest ergodicity that meets every limit.
+
+    Deterministic for a seed, except that ``settings.time_limit`` and ``should_stop`` end it when they do.
+
+    Args:
+        problem: what to solve.
+        settings: seed, time limit.
+        progress: called after every round.
+        initial: plan of the same robots and steps to start from.
+        should_stop: asked before every iteration; True ends the search with the best plan so far.
+        schedule: the augmented Lagrangian's pace; for studies of the solver.
+
+    Returns:
+        The outcome; its plan is None unless every limit of the problem is met.
+    """
+    run = _Run(problem, settings, progress, should_stop)
+    schedule = schedule or al.Schedule()
+    if initial is not None:
+        schedule = replace(schedule, penalty=WARM_PENALTY)
+    return run.finish(run.search(run.first_guess(initial), schedule), schedule)
+
+
+@dataclass
+class _Best:
+    """The best motion so far: met limits first, then met preferences, then low E."""
+
+    key: tuple[float, float, float]
+    state: al.State
+
+
+@dataclass
+class _Run:
+    """One solve: its clock, its best motion, its history."""
+
+    problem: Problem
+    settings: SolverSettings
+    progress: Callable[[Progress], None] | None
+    should_stop: Callable[[], bool] | None
+    best: _Best | None = None
+    history: list[Progress] = field(default_factory=list)
+    interrupted: bool = False
+
+    def __post_init__(self) -> None:
+        self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
+        problem = self.problem
+        modes = control_modes(problem.steps, problem.dt, Weights())
+        self.lagrangian = Lagrangian(problem, modes, (*problem.constraints, *problem.preferences))
+
+    def first_guess(self, initial: Plan | None) -> Array:
+        """Variables of the plan given, or random ones."""
+        modes, (_, robots, nu) = self.lagrangian.modes, self.problem.dynamics.controls_shape
+        if initial is not None:
+            return modes.variables(initial.u).ravel()
+        rng = np.random.default_rng(self.settings.seed)
+        z: Array = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
+        return z
+
+    def keep_going(self) -> bool:
+        """Whether there is time left and nobody interrupted."""
+        if self.should_stop is not None and self.should_stop():
+            self.interrupted = True
+        return not self.interrupted and not self.out_of_time
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the time limit (wall time: it is a person who waits) has passed."""
+        return time.monotonic() - self.wall_start > self.settings.time_limit
+
+    def search(self, z: Array, schedule: al.Schedule) -> al.State:
+        """Rounds until done, interrupted or out of time."""
+        state, memory = al.init(self.lagrangian, z, schedule), Memory(schedule.memory)
+        while self.keep_going() and not al.terminate(state, schedule):
+            state = al.step(self.lagrangian, state, schedule, memory, self.keep_going)
+            self.record(state)
+        return state
+
+    def record(self, state: al.State) -> None:
+        """Keep the best, tell the world."""
+        key = (
+            max(state.violation, al.METRE_TOLERANCE),
+            max(state.preference, al.METRE_TOLERANCE),
+            state.E,
+        )
+        if self.best is None or key < self.best.key:
+            self.best = _Best(key, state)
+        entry = Progress(
+            E=state.E,
+            violation_m=max(state.violation, 0.0),
+            seconds=time.process_time() - self.cpu_start,
+            evaluations=self.lagrangian.evaluations,
+            phase=f"round {state.round}",
+        )
+        self.history.append(entry)
+        if self.progress is not None:
+            self.progress(entry)
+
+    def finish(self, last: al.State, schedule: al.Schedule) -> SolveOutcome:
+        """Outcome of the best motion seen."""
+        best = self.best.state if self.best is not None else last
+        feasible = best.violation <= al.METRE_TOLERANCE
+        status = self._status(feasible, al.settled(last, schedule))
+        if feasible:
+            return SolveOutcome(self._plan(best), status, (), tuple(self.history))
+        missed = _violations(self.problem.constraints, best.motion)
+        return SolveOutcome(None, status, missed, tuple(self.history))
+
+    def _status(self, feasible: bool, settled: bool) -> SolveStatus:
+        if self.interrupted:
+            return SolveStatus.FEASIBLE_AT_INTERRUPTION if feasible else SolveStatus.INTERRUPTED
+        if self.out_of_time:
+            return SolveStatus.FEASIBLE_AT_TIME_LIMIT if feasible else SolveStatus.TIME_LIMIT
+        if not feasible:
+            return SolveStatus.INFEASIBLE
+        return SolveStatus.CONVERGED if settled else SolveStatus.FEASIBLE_AT_EFFORT_LIMIT
+
+    def _plan(self, state: al.State) -> Plan:
+        motion, problem = state.motion, self.problem
+        v = motion.v.copy()
+        v[-1] = 0.0  # zero by construction, up to rounding
+        return Plan(
+            t=np.arange(problem.steps + 1, dtype=np.float64) * problem.dt,
+            q=motion.q,
+            v=v,
+            u=motion.u,
+            ergodicity=state.E,
+            violation=max(state.violation, 0.0),
+            seed=self.settings.seed,
+            evaluations=self.lagrangian.evaluations,
+            seconds=time.process_time() - self.cpu_start,
+        )
+
+
+def _violations(constraints: tuple[Constraint, ...], motion: Motion) -> tuple[Violation, ...]:
+    """The worst miss of each constraint that is missed, largest (in tolerances) first."""
+    missed = []
+    for constraint in constraints:
+        amounts = constraint.violation(motion)
+        index = np.unravel_index(int(np.argmax(amounts)), amounts.shape)
+        amount = float(amounts[index])
+        if amount > constraint.tolerance:
+            place = constraint.place(tuple(int(i) for i in index))
+            violation = Violation(constraint.name, place.where, amount, constraint.unit, place.time)
+            missed.append((amount / constraint.tolerance, violation))
+    return tuple(violation for _, violation in sorted(missed, key=lambda item: -item[0]))
