@@ -1,0 +1,34 @@
+"""Who steers: setpoints by priority (firmware commander.c)."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from deploy.radio.simulated.interface import Setpoint
+
+
+class Priority(IntEnum):
+    """A lower priority never replaces a higher one."""
+
+    HIGH_LEVEL = 1
+    CRTP = 2
+
+
+class Commander:
+    """The setpoint in force, since when, and by whose right."""
+
+    def __init__(self) -> None:
+        self.setpoint = Setpoint()
+        self.priority = Priority.HIGH_LEVEL
+        self.updated = 0.0  # [s] since boot
+
+    def offer(self, setpoint: Setpoint, priority: Priority, t: float) -> bool:
+        """Take the setpoint over unless a higher priority holds; whether it was taken."""
+        if priority < self.priority:
+            return False
+        self.setpoint, self.priority, self.updated = setpoint, priority, t
+        return True
+
+    def relax(self) -> None:
+        """Let anybody take over: what a client's "notify setpoint stop" does, and nothing else."""
+        self.priority = Priority.HIGH_LEVEL

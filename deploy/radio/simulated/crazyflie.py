@@ -1,0 +1,237 @@
+"""One simulated Crazyflie's firmware: packets in, packets out, a tick every 10 ms."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, MutableMapping
+
+from deploy.radio.simulated.commander import Commander, Priority
+from deploy.radio.simulated.high_level.commander import HighLevelCommander
+from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
+from deploy.radio.simulated.interface import Orders, Setpoint, SetpointMode, Telemetry
+from deploy.radio.simulated.parameters import Parameters
+from deploy.radio.simulated.ports import (
+    FirmwareAssertion,
+    console,
+    high_level,
+    link,
+    localization,
+    log,
+    memory,
+    param,
+    platform,
+    setpoint,
+    supervisor,
+)
+from deploy.radio.simulated.supervisor import PERIOD, Inputs, State, Supervisor
+from deploy.radio.simulated.toc import log_toc, param_toc
+from deploy.radio.simulated.variables import Snapshot, live_variables
+
+BOOT_TIME = 2.8  # [s] from reset to the first packet (recorded firmware: 2.76 to 2.99 s to "ready to fly")
+_LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (CONFIG_RADIO_ACTIVITY_TIMEOUT_MS)
+_LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
+_GROUNDED = Orders()
+
+Receiver = Callable[[int, int, bytes], None]
+
+
+class SimulatedCrazyflie:
+    """Firmware of one drone; implements :class:`interface.Firmware`.
+
+    Packets come from cflib's threads, ticks from the clock's: one lock keeps them apart.
+
+    Args:
+        name: for messages.
+        address: last byte of the radio address, the drone's id in packed localisation packets.
+        auto_arm: arm as soon as pre-flight checks pass (Crazyflie 2.x); False for Brushless and Bolt.
+        hardware: with the log and parameter groups that only hardware has (battery, radio, decks).
+        uptime: seconds it has been switched on at time 0; it is then ready to fly.
+        storage: persistent parameters by name; kept over reboots.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        address: int = 0xE7,
+        *,
+        auto_arm: bool = True,
+        hardware: bool = True,
+        uptime: float = 10.0,
+        storage: MutableMapping[str, bytes] | None = None,
+    ) -> None:
+        self.name, self.address = name, address
+        self.storage: MutableMapping[str, bytes] = {} if storage is None else storage
+        self._auto_arm, self._hardware = auto_arm, hardware
+        self._lock = threading.RLock()
+        self._receiver: Receiver | None = None
+        self._t, self._booted, self._closed_at = 0.0, -uptime, 0.0
+        self.reboots = 0
+        self._start()
+        self._settle_supervisor()
+
+    @property
+    def is_alive(self) -> bool:
+        """False while it reboots: it neither hears nor answers."""
+        return self._t >= self._booted
+
+    @property
+    def info(self) -> int:
+        """The supervisor's bit field."""
+        return self._supervisor.info
+
+    def attach(self, receiver: Receiver | None) -> None:
+        """Connect a client: ``receiver(port, channel, data)`` gets every packet sent. None disconnects."""
+        with self._lock:
+            self._receiver, self._closed_at = receiver, self._t
+            self._snapshot.connected = receiver is not None
+
+    def receive(self, header: int, data: bytes) -> None:
+        """A packet from the client: header byte (port << 4 | channel) and up to 30 bytes.
+
+        Answers reach the receiver before this returns.
+        """
+        with self._lock:
+            if not self.is_alive:
+                return
+            self._snapshot.packets_received = self._snapshot.packets_received + 1 & 0xFFFF
+            handle = self._ports.get(header >> 4)
+            if handle is None:
+                return
+            try:
+                handle(header & 0x03, data)
+            except FirmwareAssertion:
+                self._reboot()
+
+    def tick(self, t: float, telemetry: Telemetry) -> Orders:
+        """Run the 100 Hz work at world time ``t`` [s]."""
+        with self._lock:
+            self._t = t
+            if not self.is_alive:
+                return _GROUNDED
+            snapshot = self._snapshot
+            snapshot.telemetry = telemetry
+            goal = self._high_level.setpoint(telemetry)
+            if goal is not None:
+                self._commander.offer(goal, Priority.HIGH_LEVEL, self._uptime())
+            if self._uptime() >= self._next_supervision - 1e-9:
+                self._supervise(telemetry)
+            snapshot.setpoint, snapshot.info = self._allowed_setpoint(), self._supervisor.info
+            snapshot.measurement = self._localization.latest
+            orders = self._orders(snapshot.setpoint)
+            if self._receiver is None and t - self._closed_at > _LINK_TIMEOUT:
+                self._log.reset()
+            self._log.run()
+            return orders
+
+    def _start(self) -> None:
+        """Everything a boot begins afresh."""
+        self._snapshot = Snapshot(connected=self._receiver is not None)
+        self._parameters = Parameters(param_toc(self._hardware), self.storage)
+        self._memory = TrajectoryMemory()
+        self._high_level = HighLevelCommander(self._memory, self._parameters, self._uptime)
+        self._commander = Commander()
+        self._console = console.ConsolePort(self._send)
+        self._supervisor = Supervisor(self._auto_arm, self._console.write)
+        self._localization = localization.LocalizationPort(
+            self._parameters, self._supervisor, self.address, self._uptime
+        )
+        self._param = param.ParamPort(self._send, self._parameters)
+        getters = live_variables(self._snapshot)
+        self._log = log.LogPort(self._send, log_toc(self._hardware), getters, self._milliseconds)
+        self._next_supervision = 0.0
+        self._battery_good = 0.0
+        self._ports = self._port_table()
+
+    def _port_table(self) -> Mapping[int, Callable[[int, bytes], None]]:
+        setpoints = setpoint.SetpointPorts(self._commander, self._high_level, self._uptime)
+        return {
+            console.PORT: self._console.receive,
+            param.PORT: self._param.receive,
+            setpoint.LEGACY_PORT: setpoints.receive_legacy,
+            memory.PORT: memory.MemoryPort(self._send, self._memory, self._count_tester_error).receive,
+            log.PORT: self._log.receive,
+            localization.PORT: self._localization.receive,
+            setpoint.GENERIC_PORT: setpoints.receive_generic,
+            high_level.PORT: high_level.HighLevelPort(self._send, self._high_level).receive,
+            supervisor.PORT: supervisor.SupervisorPort(self._send, self._supervisor, self._uptime).receive,
+            platform.PORT: platform.PlatformPort(self._send, self._supervisor).receive,
+            link.PORT: link.LinkPort(self._send).receive,
+        }
+
+    def _settle_supervisor(self) -> None:
+        """It was switched on a while ago: pass through the start-up states at once."""
+        while self._supervisor.state is not State.READY:
+            self._supervisor.step(self._uptime(), Inputs(setpoint_time=self._uptime(), planner_bits=0x0200))
+            if not self._auto_arm and self._supervisor.state is State.CHECKS_PASSED:
+                break
+        self._next_supervision = self._uptime() + PERIOD
+        self._high_level.block(not self._supervisor.can_fly)
+
+    def _reboot(self) -> None:
+        """The firmware asserted: everything but persistent parameters is lost, the link is silent meanwhile."""
+        self.reboots += 1
+        self._booted = self._t + BOOT_TIME
+        self._start()
+
+    def _send(self, port: int, channel: int, data: bytes) -> None:
+        if self._receiver is not None:
+            self._receiver(port, channel, data)
+
+    def _uptime(self) -> float:
+        return self._t - self._booted
+
+    def _milliseconds(self) -> int:
+        return round(self._uptime() * 1000.0)
+
+    def _count_tester_error(self) -> None:
+        self._snapshot.tester_errors += 1
+
+    def _supervise(self, telemetry: Telemetry) -> None:
+        now, parameters, planner = self._uptime(), self._parameters, self._high_level
+        idle = parameters["powerDist.idleThrust"]
+        bits = planner.is_active << 8 | planner.is_finished << 9 | planner.is_disabled << 10
+        inputs = Inputs(
+            motors_running=max(telemetry.motors) > idle,
+            tumbled=telemetry.tumbled and bool(parameters["supervisor.tmblChckEn"]),
+            setpoint_time=self._commander.updated,
+            stop=bool(parameters["stabilizer.stop"]),
+            preflight_timeout=parameters["supervisor.prefltTimeout"] / 1000.0,
+            landed_timeout=parameters["supervisor.landedTimeout"] / 1000.0,
+            planner_bits=bits,
+        )
+        self._supervisor.step(now, inputs)
+        self._high_level.block(not self._supervisor.can_fly)
+        self._next_supervision = max(self._next_supervision + PERIOD, now)
+        if telemetry.battery_voltage > parameters.get("pm.lowVoltage", 3.2):
+            self._battery_good = now
+        self._snapshot.battery_low = now - self._battery_good > _LOW_BATTERY_TIME
+
+    def _allowed_setpoint(self) -> Setpoint:
+        """The commander's setpoint as the supervisor lets it pass."""
+        wanted = self._commander.setpoint
+        if not self._supervisor.can_fly:
+            return Setpoint()
+        if self._supervisor.state is not State.LEVEL_OUT or wanted.mode is SetpointMode.OFF:
+            return wanted
+        # The firmware levels the attitude and keeps z; the nearest modes of the interface also brake sideways motion.
+        if wanted.mode is SetpointMode.ATTITUDE:
+            return Setpoint(SetpointMode.ATTITUDE, thrust=wanted.thrust)
+        if wanted.mode is SetpointMode.VELOCITY:
+            return Setpoint(SetpointMode.VELOCITY, velocity=(0.0, 0.0, wanted.velocity[2]))
+        return Setpoint(SetpointMode.HOVER, position=(0.0, 0.0, wanted.position[2]))
+
+    def _orders(self, allowed: Setpoint) -> Orders:
+        parameters = self._parameters
+        reset = bool(parameters["kalman.resetEstimation"])
+        if reset:
+            parameters.set("kalman.resetEstimation", 0)
+            self._param.notify("kalman.resetEstimation")
+        x, y, z, yaw = (parameters[f"kalman.initial{axis}"] for axis in ("X", "Y", "Z", "Yaw"))
+        return Orders(
+            setpoint=allowed,
+            motors_allowed=self._supervisor.can_fly,
+            controller=int(parameters["stabilizer.controller"]),
+            measurements=self._localization.take(),
+            reset_estimator=reset,
+            initial_pose=((x, y, z), yaw),
+        )

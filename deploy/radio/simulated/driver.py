@@ -1,0 +1,227 @@
+"""``sim://`` behind cflib's own driver seam: nothing above :class:`CRTPDriver` can tell it from a radio.
+
+A driver only queues: packets are answered inside ``send_packet``, in the caller's thread, and cflib's receiver thread
+picks the answers up. :class:`Traffic` counts what it has not digested yet, so that virtual time can wait for it.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Mapping
+from typing import Protocol
+from urllib.parse import unquote, urlsplit
+
+import cflib.crtp
+from cflib.crtp.crtpdriver import CRTPDriver
+from cflib.crtp.crtpstack import CRTPPacket
+from cflib.crtp.exceptions import WrongUriType
+
+from deploy.errors import LinkError
+from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
+
+SCHEME = "sim"
+_RSSI = 40.0  # [-dBm], what a radio across a room reports
+
+StatisticsCallback = Callable[[dict[str, float]], None]
+ErrorCallback = Callable[[str], None]
+
+
+class Traffic:
+    """Packets that clients have been sent and not yet digested, over all drivers of a swarm."""
+
+    def __init__(self) -> None:
+        self._pending = 0
+        self._calm = threading.Condition()
+
+    def add(self) -> None:
+        """A packet was queued for a client."""
+        with self._calm:
+            self._pending += 1
+
+    def done(self, count: int = 1) -> None:
+        """Packets were digested: their callbacks have returned, or nobody will ever call them."""
+        with self._calm:
+            self._pending -= count
+            if self._pending == 0:
+                self._calm.notify_all()
+
+    def settle(self, timeout: float) -> bool:
+        """Wait until everything is digested; False after ``timeout`` seconds of wall time."""
+        if self._pending == 0:  # reading an int is atomic; this path is taken on nearly every tick
+            return True
+        with self._calm:
+            return self._calm.wait_for(lambda: self._pending == 0, timeout)
+
+
+class Network(Protocol):
+    """What a driver needs of the swarm that it connects to."""
+
+    @property
+    def drones(self) -> Mapping[str, SimulatedCrazyflie]:
+        """The drones by name."""
+
+    def uris(self) -> Mapping[str, str]:
+        """URI by drone name."""
+
+    def open(self, name: str, driver: SimulatedDriver) -> Traffic:
+        """A client has connected to a drone; LinkError if somebody else is."""
+
+    def closed(self, name: str) -> None:
+        """That client has gone."""
+
+
+_networks: dict[str, Network] = {}
+_networks_lock = threading.Lock()
+
+
+class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
+    """cflib's link to one simulated drone: ``sim://<swarm>/<robot>``."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.needs_resending = False
+        self.uri = ""
+        self._inbox: queue.SimpleQueue[CRTPPacket | None] = queue.SimpleQueue()
+        self._counting = threading.Lock()
+        self._outstanding = 0
+        self._digesting = False
+        self._closed = True
+        self._sent = self._received = 0
+        self._reported = (0.0, 0, 0)
+
+    def connect(
+        self,
+        uri: str,
+        radio_link_statistics_callback: StatisticsCallback | None,
+        link_error_callback: ErrorCallback | None,
+    ) -> None:
+        """Connect. Raises WrongUriType for another scheme, LinkError for a drone that is not there or taken."""
+        parts = urlsplit(uri)
+        if parts.scheme != SCHEME:
+            raise WrongUriType(f"not a simulated drone: {uri}")
+        self.uri, name = uri, unquote(parts.path.lstrip("/"))
+        with _networks_lock:
+            network = _networks.get(parts.netloc)
+        if network is None:
+            raise LinkError(f"{uri}: no simulated swarm {parts.netloc!r} is running; running: {sorted(_networks)}")
+        drone = network.drones.get(name)
+        if drone is None:
+            raise LinkError(f"{uri}: no drone {name!r} in this swarm; its drones: {sorted(network.drones)}")
+        self._statistics, self._on_error = radio_link_statistics_callback, link_error_callback
+        self._traffic = network.open(name, self)
+        self._network, self._name, self._drone = network, name, drone
+        self._closed = False
+        drone.attach(self._deliver)
+
+    def send_packet(self, pk: CRTPPacket) -> None:
+        """Hand the packet to the drone; its answers are queued when this returns."""
+        if not self._closed:
+            self._sent += 1
+            self._drone.receive(pk.header, bytes(pk.data))
+
+    def receive_packet(self, wait: float = 0) -> CRTPPacket | None:
+        """The next packet, or None after ``wait`` seconds (0: at once, below 0: never)."""
+        if self._digesting:  # cflib has returned from the callbacks of the packet before
+            self._digesting = False
+            self._digested()
+        try:
+            packet = self._inbox.get(block=wait != 0, timeout=wait if wait > 0 else None)
+        except queue.Empty:
+            return None
+        self._digesting = packet is not None
+        return packet
+
+    def close(self) -> None:
+        """Hang up; may be called again. The None wakes cflib's receiver, which would sleep on for a second."""
+        with self._counting:
+            if self._closed:
+                return
+            self._closed = True
+            dropped, self._outstanding = self._outstanding, 0
+            self._traffic.done(dropped)
+        self._drone.attach(None)
+        self._network.closed(self._name)
+        self._inbox.put(None)
+
+    def report_statistics(self, t: float) -> None:
+        """Tell cflib about the link as the radio driver does, ten times a second (of simulated time ``t`` [s])."""
+        before, sent, received = self._reported
+        if t - before < 0.1 - 1e-9:
+            return
+        self._reported = (t, self._sent, self._received)
+        if self._statistics is not None and not self._closed:
+            up, down = ((now - then) / (t - before) for now, then in ((self._sent, sent), (self._received, received)))
+            self._statistics(
+                {
+                    "link_quality": 100.0,
+                    "uplink_rssi": _RSSI,
+                    "uplink_rate": up,
+                    "downlink_rate": down,
+                    "uplink_congestion": 0.0,
+                    "downlink_congestion": 0.0,
+                }
+            )
+
+    def lose(self, reason: str) -> None:
+        """The drone has gone silent: report what a radio would."""
+        if self._on_error is not None and not self._closed:
+            self._on_error(reason)
+
+    def get_status(self) -> str:
+        """For cflib's interface list."""
+        return "simulated"
+
+    def get_name(self) -> str:
+        """For cflib's interface list."""
+        return SCHEME
+
+    def scan_interface(self, address: object = None) -> list[list[str]]:
+        """URIs of all drones of all running swarms."""
+        with _networks_lock:
+            return [[uri, ""] for network in _networks.values() for uri in network.uris().values()]
+
+    def _deliver(self, port: int, channel: int, data: bytes) -> None:
+        packet = CRTPPacket()
+        packet.set_header(port, channel)
+        packet.data = data
+        with self._counting:
+            if self._closed:
+                return
+            self._outstanding += 1
+            self._received += 1
+            self._traffic.add()
+            self._inbox.put(packet)
+
+    def _digested(self) -> None:
+        with self._counting:
+            if self._closed:
+                return  # close() has already written this packet off
+            self._outstanding -= 1
+            self._traffic.done()
+
+
+def register() -> None:
+    """Let cflib know about ``sim://`` (idempotent; independent of ``cflib.crtp.init_drivers``)."""
+    if SimulatedDriver not in cflib.crtp.CLASSES:
+        cflib.crtp.CLASSES.insert(0, SimulatedDriver)
+
+
+def unregister() -> None:
+    """Forget ``sim://``."""
+    if SimulatedDriver in cflib.crtp.CLASSES:
+        cflib.crtp.CLASSES.remove(SimulatedDriver)
+
+
+def serve(label: str, network: Network) -> None:
+    """Put a swarm on the air as ``sim://<label>/…``. Raises LinkError if the label is taken."""
+    with _networks_lock:
+        if label in _networks:
+            raise LinkError(f"sim://{label} is already on the air; close that swarm or choose another label")
+        _networks[label] = network
+
+
+def withdraw(label: str) -> None:
+    """Take a swarm off the air; may be called again."""
+    with _networks_lock:
+        _networks.pop(label, None)

@@ -1,0 +1,107 @@
+"""Compressed trajectories: Bézier segments of 16-bit control points (firmware pptraj_compressed.c).
+
+Layout: start x, y, z [mm], yaw [0.1°] as int16; then segments of one type byte (two bits an axis: constant, linear,
+cubic, degree 7), the duration [ms] as uint16 and the control points after the first, axis by axis. A segment of
+duration zero ends the trajectory: the number of pieces given with the definition is ignored.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+import numpy as np
+
+from deploy.radio.simulated.high_level.evaluation import Evaluation, Float32, Polynomial, stretch_time
+from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory, at_rest, shifted
+from deploy.radio.simulated.interface import ZERO, Vec3
+
+_START = struct.Struct("<hhhh")
+_HEAD = struct.Struct("<BH")
+_POINTS = (0, 1, 3, 7)  # control points after the first, by type
+_UNITS = np.array([1e-3, 1e-3, 1e-3, math.pi / 1800.0], np.float32)  # mm and tenths of a degree
+
+
+def _bernstein_to_monomial(degree: int) -> Float32:
+    """(degree+1, degree+1) matrix from Bézier control points to coefficients of u in 0..1."""
+    return np.array(
+        [
+            [(-1) ** (i + j) * math.comb(degree, j) * math.comb(j, i) if i <= j else 0 for i in range(degree + 1)]
+            for j in range(degree + 1)
+        ],
+        np.float32,
+    )
+
+
+_MATRICES = {degree: _bernstein_to_monomial(degree) for degree in _POINTS}
+
+
+class CompressedTrajectory:
+    """A compressed trajectory in memory.
+
+    Args:
+        memory, offset: where it lies.
+        begin: start [s], float32 seconds since boot.
+    """
+
+    def __init__(self, memory: TrajectoryMemory, offset: int, begin: np.float32) -> None:
+        self._memory, self._offset, self._begin = memory, offset, begin
+        self._shift = ZERO
+        self._version: int | None = None
+
+    def start_at(self, position: Vec3) -> None:
+        """Move the trajectory so that it begins at ``position``."""
+        self._shift = ZERO
+        first = self.evaluate(self._begin).position
+        x, y, z = (float(np.float32(a - b)) for a, b in zip(position, first, strict=True))
+        self._shift = (x, y, z)
+
+    def evaluate(self, t: np.float32) -> Evaluation:
+        """The goal at ``t``; at a joint the later segment answers."""
+        self._refresh()
+        elapsed = t - self._begin
+        if elapsed >= self._total or not self._segments:
+            return shifted(self._after, self._shift)
+        for begin, polynomial in reversed(self._segments):
+            if elapsed >= begin:
+                return shifted(polynomial.evaluate(elapsed - begin), self._shift)
+        return shifted(self._segments[0][1].evaluate(elapsed), self._shift)
+
+    def is_finished(self, t: np.float32) -> bool:
+        """Whether the end marker has been reached."""
+        self._refresh()
+        return bool(t - self._begin >= self._total)
+
+    def _refresh(self) -> None:
+        if self._version == self._memory.version:
+            return
+        self._version = self._memory.version
+        raw = self._memory.read(self._offset, self._memory.size + 64)
+        point: Float32 = np.array(_START.unpack_from(raw), np.float32) * _UNITS
+        cursor, begin = _START.size, np.float32(0.0)
+        self._segments: list[tuple[np.float32, Polynomial]] = []
+        end = Evaluation((float(point[0]), float(point[1]), float(point[2])), yaw=float(point[3]))
+        while cursor < self._memory.size:
+            types, milliseconds = _HEAD.unpack_from(raw, cursor)
+            if milliseconds == 0:
+                break
+            duration = np.float32(milliseconds / 1000.0)
+            coefficients, cursor = _decode(raw, cursor + _HEAD.size, types, point)
+            polynomial = Polynomial(stretch_time(coefficients, duration))
+            self._segments.append((begin, polynomial))
+            end = polynomial.evaluate(duration)
+            point = np.array([*end.position, end.yaw], np.float32)
+            begin += duration
+        self._total = begin
+        self._after = at_rest(end)
+
+
+def _decode(raw: bytes, cursor: int, types: int, first: Float32) -> tuple[Float32, int]:
+    """Coefficients (4, 8) over u in 0..1 of the segment whose control points start at ``cursor``, and its end."""
+    coefficients = np.zeros((4, 8), np.float32)
+    for axis in range(4):
+        degree = _POINTS[types >> (2 * axis) & 3]
+        points = np.frombuffer(raw, "<i2", degree, cursor).astype(np.float32) * _UNITS[axis]
+        cursor += 2 * degree
+        coefficients[axis, : degree + 1] = _MATRICES[degree] @ np.concatenate([first[axis : axis + 1], points])
+    return coefficients, cursor

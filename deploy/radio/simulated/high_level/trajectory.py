@@ -1,0 +1,179 @@
+"""The three things the planner can follow: a planned piece, pieces in memory, a compressed trajectory in memory.
+
+Pieces are used in place: who rewrites the memory in flight changes the flight. Decoding is therefore cached for one
+version of the memory only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from deploy.radio.simulated.high_level.evaluation import (
+    Evaluation,
+    Float32,
+    Polynomial,
+    normalize_angle,
+    rest_to,
+    stretch_time,
+)
+from deploy.radio.simulated.interface import ZERO, Vec3
+
+PIECE_BYTES = 132  # x[8], y[8], z[8], yaw[8], duration: float32
+_ZERO32 = np.float32(0.0)
+
+
+class Trajectory(Protocol):
+    """What the planner needs; times are float32 seconds since boot."""
+
+    def evaluate(self, t: np.float32) -> Evaluation:
+        """The goal at ``t``; after the end the last point, at rest."""
+
+    def is_finished(self, t: np.float32) -> bool:
+        """Whether the trajectory has ended at ``t``."""
+
+
+class TrajectoryMemory:
+    """Bytes that clients write and trajectories read.
+
+    Attributes:
+        size: in bytes.
+        version: rises with every write.
+    """
+
+    def __init__(self, size: int = 4096) -> None:
+        self.size = size
+        self.version = 0
+        self._data = bytearray(size)
+
+    def read(self, address: int, length: int) -> bytes:
+        """``length`` bytes; zeros where the firmware would read past its array."""
+        return bytes(self._data[address : address + length]).ljust(length, b"\0")
+
+    def write(self, address: int, data: bytes) -> None:
+        """Overwrite; the caller has tested the bounds."""
+        self._data[address : address + len(data)] = data
+        self.version += 1
+
+
+def at_rest(evaluation: Evaluation) -> Evaluation:
+    """The same place without motion: what the firmware gives after a trajectory's end."""
+    return Evaluation(evaluation.position, yaw=evaluation.yaw)
+
+
+def shifted(evaluation: Evaluation, shift: Vec3, rotation: float = 0.0) -> Evaluation:
+    """Rotated about the world's z axis, then moved. The jerk is left as it is, as in the firmware."""
+    if rotation:
+        turned = [_turn(v, rotation) for v in (evaluation.position, evaluation.velocity, evaluation.acceleration)]
+        evaluation = replace(
+            evaluation,
+            position=turned[0],
+            velocity=turned[1],
+            acceleration=turned[2],
+            yaw=evaluation.yaw + normalize_angle(rotation),
+        )
+    if shift == ZERO:
+        return evaluation
+    x, y, z = evaluation.position
+    return replace(evaluation, position=(x + shift[0], y + shift[1], z + shift[2]))
+
+
+def _turn(v: Vec3, angle: float) -> Vec3:
+    c, s = math.cos(angle), math.sin(angle)
+    return (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
+
+
+class PlannedPiece:
+    """One piece the planner made itself (take-off, landing, go-to, spiral)."""
+
+    def __init__(self, begin: np.float32, duration: np.float32, start: Float32, end: Float32) -> None:
+        self._begin, self._duration = begin, duration
+        self._polynomial = Polynomial(rest_to(duration, start, end))
+
+    def evaluate(self, t: np.float32) -> Evaluation:
+        """The goal at ``t``."""
+        elapsed = t - self._begin
+        if elapsed <= self._duration:
+            return self._polynomial.evaluate(elapsed)
+        return at_rest(self._polynomial.evaluate(self._duration))
+
+    def is_finished(self, t: np.float32) -> bool:
+        """Whether the piece has ended."""
+        return bool(t - self._begin >= self._duration)
+
+
+class PolynomialTrajectory:
+    """Poly4D pieces in memory (firmware ``piecewise_eval`` and ``piecewise_eval_reversed``).
+
+    Args:
+        memory, offset, pieces: where the pieces lie.
+        begin: start [s].
+        timescale: above 1 is slower.
+        reverse: fly from the last point to the first.
+    """
+
+    def __init__(
+        self,
+        memory: TrajectoryMemory,
+        offset: int,
+        pieces: int,
+        begin: np.float32,
+        timescale: np.float32,
+        reverse: bool = False,
+    ) -> None:
+        self._memory, self._offset, self._count = memory, offset, pieces
+        self._begin, self._timescale, self._reverse = begin, timescale, reverse
+        self._shift, self._rotation = ZERO, 0.0
+        self._version: object = None
+
+    def start_at(self, position: Vec3, yaw: float | None) -> None:
+        """Move the trajectory so that it begins at ``position``; with a yaw also turn it to begin with that.
+
+        The shift is computed without the rotation, which turns about the trajectory's own origin: unless the
+        trajectory begins at x = y = 0 it jumps. That is the firmware's behaviour.
+        """
+        first = self.evaluate(self._begin)
+        x, y, z = (float(np.float32(a - b)) for a, b in zip(position, first.position, strict=True))
+        if yaw is not None and not self._reverse:
+            self._rotation = normalize_angle(normalize_angle(yaw) - normalize_angle(first.yaw))
+        self._shift = (x, y, z)
+
+    def evaluate(self, t: np.float32) -> Evaluation:
+        """The goal at ``t``; at a joint the earlier piece (in flying order) answers."""
+        self._refresh()
+        remaining = t - self._begin
+        for polynomial, duration in self._pieces:
+            if remaining <= duration:
+                if self._reverse:
+                    return shifted(polynomial.evaluate(duration - remaining, -1), self._shift)
+                return shifted(polynomial.evaluate(remaining), self._shift, self._rotation)
+            remaining -= duration
+        return self._after
+
+    def is_finished(self, t: np.float32) -> bool:
+        """Whether all pieces have been flown."""
+        self._refresh()
+        return bool(t - self._begin >= self._total)
+
+    def _refresh(self) -> None:
+        """Decode the pieces again if somebody wrote to the memory or the trajectory moved."""
+        key = (self._memory.version, self._shift, self._rotation)
+        if key == self._version:
+            return
+        self._version = key
+        count = max(self._count, 1)
+        raw = self._memory.read(self._offset, count * PIECE_BYTES)
+        table = np.frombuffer(raw, dtype="<f4").astype(np.float32).reshape(count, 33)
+        pieces = [(row[:32].reshape(4, 8), row[32]) for row in table]
+        flown = [
+            (Polynomial(stretch_time(coefficients, self._timescale)), np.float32(duration * self._timescale))
+            for coefficients, duration in pieces
+        ][: self._count]
+        self._pieces = flown[::-1] if self._reverse else flown
+        self._total = sum((duration for _, duration in flown), start=_ZERO32)
+        coefficients, duration = pieces[0] if self._reverse else pieces[-1]
+        last = Polynomial(coefficients).evaluate(_ZERO32 if self._reverse else duration)
+        self._after = at_rest(shifted(last, self._shift, self._rotation))

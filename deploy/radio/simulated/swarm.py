@@ -1,0 +1,134 @@
+"""A swarm on the air: firmware, world, clock and cflib's driver wired together."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType, TracebackType
+from typing import Protocol
+from urllib.parse import quote
+
+from deploy.clock import VirtualClock
+from deploy.errors import LinkError
+from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
+from deploy.radio.simulated.driver import SCHEME, SimulatedDriver, Traffic, register, serve, withdraw
+from deploy.radio.simulated.interface import Firmware
+
+_SILENCE = 1.0  # [s] of a rebooting drone's silence until the radio would give up on it
+
+
+class World(Protocol):
+    """What moves the drones; see :mod:`deploy.radio.simulated.physics`."""
+
+    def attach(self, firmwares: Sequence[Firmware]) -> None:
+        """The brains, in the order of the bodies."""
+
+    def advance(self, t: float) -> None:
+        """Move to world time ``t`` [s], ticking every firmware each 10 ms."""
+
+
+class SimulatedSwarm:
+    """Simulated drones at ``sim://<label>/<name>``, carried along by a clock.
+
+    Use as a context manager, or call :meth:`close`.
+
+    Args:
+        names: drone names, in the world's order.
+        world: moves the bodies.
+        clock: carries the world along and waits for clients to digest; None when the caller drives the world itself.
+        label: host part of the URIs.
+        auto_arm: see :class:`SimulatedCrazyflie`.
+
+    Raises:
+        LinkError: another swarm has that label.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        world: World,
+        clock: VirtualClock | None = None,
+        *,
+        label: str = "swarm",
+        auto_arm: bool = True,
+    ) -> None:
+        if len(set(names)) != len(names):
+            raise ValueError(f"drone names must be distinct; got {list(names)}")
+        self._drones = {
+            name: SimulatedCrazyflie(name, address=(i + 1) & 0xFF, auto_arm=auto_arm) for i, name in enumerate(names)
+        }
+        self._label, self._world = label, world
+        self._traffic = Traffic()
+        self._clients: dict[str, SimulatedDriver] = {}
+        self._lock = threading.Lock()
+        self._reboots = dict.fromkeys(names, 0)
+        self._silent_since: dict[str, float] = {}
+        world.attach(list(self._drones.values()))
+        serve(label, self)
+        register()
+        if clock is not None:
+            clock.attach(self.advance, self.settle)
+
+    @property
+    def drones(self) -> Mapping[str, SimulatedCrazyflie]:
+        """The drones by name."""
+        return MappingProxyType(self._drones)
+
+    def uris(self) -> Mapping[str, str]:
+        """URI by drone name."""
+        return {name: f"{SCHEME}://{self._label}/{quote(name, safe='')}" for name in self._drones}
+
+    def advance(self, t: float) -> None:
+        """Move the world to ``t`` [s]; then report to cflib what a radio driver would."""
+        self._world.advance(t)
+        with self._lock:
+            clients = list(self._clients.items())
+        for name, client in clients:
+            client.report_statistics(t)
+            if self._has_gone_silent(name, t):
+                client.lose("Too many packets lost")
+
+    def settle(self, timeout: float) -> bool:
+        """Wait until all clients have digested what they were sent; False after ``timeout`` [s] of wall time."""
+        return self._traffic.settle(timeout)
+
+    def open(self, name: str, driver: SimulatedDriver) -> Traffic:
+        """A driver connects to a drone. Raises LinkError if the drone has a client."""
+        with self._lock:
+            if name in self._clients:
+                raise LinkError(f"{self.uris()[name]} already has a client; one connection a drone")
+            self._clients[name] = driver
+        return self._traffic
+
+    def closed(self, name: str) -> None:
+        """A driver has hung up."""
+        with self._lock:
+            self._clients.pop(name, None)
+
+    def close(self) -> None:
+        """Take the swarm off the air and hang up on its clients; may be called again."""
+        withdraw(self._label)
+        with self._lock:
+            clients = list(self._clients.values())
+        for client in clients:
+            client.close()
+
+    def __enter__(self) -> SimulatedSwarm:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _has_gone_silent(self, name: str, t: float) -> bool:
+        """Whether a reboot has just made the drone silent for longer than a radio puts up with."""
+        drone = self._drones[name]
+        if drone.reboots != self._reboots[name]:
+            self._reboots[name] = drone.reboots
+            self._silent_since[name] = t
+        since = self._silent_since.get(name)
+        if since is None or t - since < _SILENCE:
+            return False
+        del self._silent_since[name]
+        return True

@@ -1,0 +1,164 @@
+"""Log variables that live; the rest of the table of contents reads 0.
+
+Values are computed when a started block asks for them, never before. Units are the firmware's (degrees, g, millimetres
+in the compressed groups), pitch has its legacy sign.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from deploy.radio.simulated.interface import PoseMeasurement, Setpoint, SetpointMode, Telemetry
+from deploy.radio.simulated.quaternion import compress, euler, to_body
+
+_G = 9.81  # [m/s²]
+# Voltages [V] of a resting cell at 10 %, 20 % … 90 % (firmware pm_stm32f4.c).
+_CHARGE = (3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10)
+_LOW_POWER = 3
+_MODES = {
+    SetpointMode.OFF: (0, 0, 0, 0, 0, 0),
+    SetpointMode.FULL: (1, 1, 1, 0, 0, 1),
+    SetpointMode.POSITION: (1, 1, 1, 0, 0, 1),
+    SetpointMode.VELOCITY: (2, 2, 2, 0, 0, 2),
+    SetpointMode.HOVER: (2, 2, 1, 0, 0, 2),
+    SetpointMode.ATTITUDE: (0, 0, 0, 1, 1, 2),
+}  # x, y, z, roll, pitch, yaw: 0 disabled, 1 absolute, 2 velocity
+
+Getter = Callable[[], float]
+
+
+@dataclass
+class Snapshot:
+    """What the drone knows at this tick; the firmware replaces the fields, the getters read them."""
+
+    telemetry: Telemetry = field(default_factory=Telemetry)
+    setpoint: Setpoint = field(default_factory=Setpoint)
+    measurement: PoseMeasurement | None = None
+    info: int = 0
+    battery_low: bool = False
+    connected: bool = False
+    tester_errors: int = 0
+    packets_received: int = 0
+
+
+def live_variables(s: Snapshot) -> Mapping[str, Getter]:
+    """Getters by full name."""
+    getters: dict[str, Getter] = {}
+    for part in (_estimate, _attitude, _sensors, _target, _kalman, _system):
+        getters.update(part(s))
+    return getters
+
+
+def _vector(group: str, names: str, read: Callable[[], tuple[float, ...]], scale: float = 1.0) -> dict[str, Getter]:
+    """One getter per component of a vector; ``names`` separated by blanks."""
+
+    def component(i: int) -> Getter:
+        return (lambda: read()[i]) if scale == 1.0 else (lambda: read()[i] * scale)
+
+    return {f"{group}.{name}": component(i) for i, name in enumerate(names.split())}
+
+
+def _estimate(s: Snapshot) -> dict[str, Getter]:
+    def body_rates_for_humans() -> tuple[float, ...]:
+        roll, pitch, yaw = s.telemetry.gyro
+        return (roll, -pitch, yaw)
+
+    return {
+        **_vector("stateEstimate", "x y z", lambda: s.telemetry.position),
+        **_vector("stateEstimate", "vx vy vz", lambda: s.telemetry.velocity),
+        **_vector("stateEstimate", "ax ay az", lambda: s.telemetry.acceleration, 1.0 / _G),
+        **_vector("stateEstimate", "qx qy qz qw", lambda: s.telemetry.quaternion),
+        **_vector("stateEstimateZ", "x y z", lambda: s.telemetry.position, 1e3),
+        **_vector("stateEstimateZ", "vx vy vz", lambda: s.telemetry.velocity, 1e3),
+        **_vector("stateEstimateZ", "ax ay az", lambda: s.telemetry.acceleration, 1e3),
+        **_vector("stateEstimateZ", "rateRoll ratePitch rateYaw", body_rates_for_humans, 1e3),
+        "stateEstimateZ.quat": lambda: compress(s.telemetry.quaternion),
+    }
+
+
+def _attitude(s: Snapshot) -> dict[str, Getter]:
+    def degrees() -> tuple[float, ...]:
+        roll, pitch, yaw = euler(s.telemetry.quaternion)
+        return (math.degrees(roll), -math.degrees(pitch), math.degrees(yaw))
+
+    getters: dict[str, Getter] = {}
+    for group in ("stateEstimate", "stabilizer", "controller"):
+        getters |= _vector(group, "roll pitch yaw", degrees)
+    getters["stabilizer.thrust"] = lambda: s.telemetry.thrust
+    getters["controller.cmd_thrust"] = lambda: s.telemetry.thrust
+    getters["controller.actuatorThrust"] = lambda: s.telemetry.thrust
+    return getters
+
+
+def _sensors(s: Snapshot) -> dict[str, Getter]:
+    return {
+        **_vector("gyro", "x y z", lambda: s.telemetry.gyro, 180.0 / math.pi),
+        **_vector("controller", "rollRate pitchRate yawRate", lambda: s.telemetry.gyro, 180.0 / math.pi),
+        **_vector("acc", "x y z", lambda: s.telemetry.accelerometer),
+        **_vector("motor", "m1 m2 m3 m4", lambda: s.telemetry.motors),
+        **_vector("motor", "m1req m2req m3req m4req", lambda: s.telemetry.motors),
+        "supervisor.accNorm": lambda: math.dist(s.telemetry.accelerometer, (0.0, 0.0, 0.0)),
+        "controller.accelz": lambda: s.telemetry.accelerometer[2],
+    }
+
+
+def _target(s: Snapshot) -> dict[str, Getter]:
+    def angles() -> tuple[float, ...]:
+        roll, pitch = s.setpoint.attitude
+        return (math.degrees(roll), -math.degrees(pitch), math.degrees(s.setpoint.yaw))
+
+    return {
+        **_vector("ctrltarget", "x y z", lambda: s.setpoint.position),
+        **_vector("ctrltarget", "vx vy vz", lambda: s.setpoint.velocity),
+        **_vector("ctrltarget", "ax ay az", lambda: s.setpoint.acceleration),
+        **_vector("ctrltarget", "roll pitch yaw", angles),
+        **_vector("ctrltarget", "mode_x mode_y mode_z mode_roll mode_pitch mode_yaw", lambda: _MODES[s.setpoint.mode]),
+        **_vector("ctrltargetZ", "x y z", lambda: s.setpoint.position, 1e3),
+        **_vector("ctrltargetZ", "vx vy vz", lambda: s.setpoint.velocity, 1e3),
+        **_vector("ctrltargetZ", "ax ay az", lambda: s.setpoint.acceleration, 1e3),
+        **_vector("posCtl", "targetX targetY targetZ", lambda: s.setpoint.position),
+        "ctrltarget.thrust": lambda: s.setpoint.thrust,
+    }
+
+
+def _kalman(s: Snapshot) -> dict[str, Getter]:
+    def wxyz() -> tuple[float, ...]:
+        x, y, z, w = s.telemetry.quaternion
+        return (w, x, y, z)
+
+    def measured() -> tuple[float, ...]:
+        return s.measurement.position if s.measurement else (0.0, 0.0, 0.0)
+
+    def measured_quaternion() -> tuple[float, ...]:
+        quaternion = s.measurement.quaternion if s.measurement else None
+        return quaternion or (0.0, 0.0, 0.0, 0.0)
+
+    return {
+        **_vector("kalman", "stateX stateY stateZ", lambda: s.telemetry.position),
+        **_vector("kalman", "statePX statePY statePZ", lambda: to_body(s.telemetry.quaternion, s.telemetry.velocity)),
+        **_vector("kalman", "varX varY varZ", lambda: s.telemetry.variance_position),
+        **_vector("kalman", "varPX varPY varPZ", lambda: s.telemetry.variance_velocity),
+        **_vector("kalman", "q0 q1 q2 q3", wxyz),
+        **_vector("locSrv", "x y z", measured),
+        **_vector("ext_pos", "X Y Z", measured),
+        **_vector("locSrv", "qx qy qz qw", measured_quaternion),
+    }
+
+
+def _system(s: Snapshot) -> dict[str, Getter]:
+    return {
+        "supervisor.info": lambda: s.info,
+        "sys.canfly": lambda: s.info >> 3 & 1,
+        "sys.isFlying": lambda: s.info >> 4 & 1,
+        "sys.isTumbled": lambda: s.info >> 5 & 1,
+        "memTst.errCntW": lambda: s.tester_errors,
+        "pm.vbat": lambda: s.telemetry.battery_voltage,
+        "pm.vbatMV": lambda: s.telemetry.battery_voltage * 1000.0,
+        "pm.state": lambda: _LOW_POWER if s.battery_low else 0,
+        "pm.batteryLevel": lambda: 10.0 * max(0, sum(s.telemetry.battery_voltage >= v for v in _CHARGE) - 1),
+        "radio.rssi": lambda: 40,
+        "radio.isConnected": lambda: s.connected,
+        "radio.numRxUc": lambda: s.packets_received,
+    }
