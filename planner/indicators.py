@@ -11,6 +11,7 @@ from missions.schema import Mission, NoConnectivity
 from planner.certificate.record import Indicators, PairConnection
 from planner.connectivity.pairs import all_pairs, sub_period_bounds
 from planner.connectivity.probability import connection_probability
+from planner.connectivity.quadrature import every_step
 from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
 from planner.ergodic.target import information_coefficients
@@ -99,7 +100,8 @@ def _pair_connections(mission: Mission, t: Array, q: Array, q_planned: Array) ->
     met = [[bool(connected[period == p, pair].any()) for p in range(sub_periods)] for pair in range(len(index))]
     P = np.empty((len(index), 0))
     if R_c is not None:
-        P = connection_probability(q_planned, R_c, index, sub_period_bounds(mission.steps, sub_periods)).P
+        quadrature = every_step(sub_period_bounds(mission.steps, sub_periods))
+        P = connection_probability(q_planned, R_c, index, quadrature)
     return tuple(
         PairConnection(
             robots=(names[i], names[j]),

@@ -15,6 +15,7 @@ import numpy as np
 from missions.arrays import Array
 from missions.schema import Mission, ProbabilisticConnectivity
 from planner.connectivity.pairs import all_pairs, sub_period_bounds
+from planner.connectivity.quadrature import Quadrature, every_step, thinned
 from planner.constraints.acceleration import ControlBound
 from planner.constraints.base import Constraint
 from planner.constraints.connection import Connection
@@ -26,6 +27,8 @@ from planner.constraints.workspace import Inside
 from planner.dynamics import DoubleIntegrator, Dynamics
 from planner.ergodic.metric import Metric
 from planner.indicators import ergodic_metric
+
+NODE_SPACING = 0.6  # distance between nodes of connection probabilities at full speed, in R_c
 
 
 @dataclass(frozen=True)
@@ -132,15 +135,20 @@ def _connection(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
     policy, pairs = mission.connectivity, all_pairs(len(mission.robots))
     if not isinstance(policy, ProbabilisticConnectivity) or len(pairs) == 0:
         return ()
-    bounds = sub_period_bounds(mission.steps, policy.sub_periods)
     threshold = min(policy.threshold * (1.0 + margins.probability), 1.0)
-    return (Connection(policy.range, threshold, pairs, bounds, _names(mission), mission.horizon.dt),)
+    exact = every_step(sub_period_bounds(mission.steps, policy.sub_periods))
+    return (Connection(policy.range, threshold, pairs, _nodes(mission, policy), exact, _names(mission)),)
 
 
 def _meetings(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
     policy, pairs = mission.connectivity, all_pairs(len(mission.robots))
     if not isinstance(policy, ProbabilisticConnectivity) or len(pairs) == 0:
         return ()
-    bounds = sub_period_bounds(mission.steps, policy.sub_periods)
     reach = max(policy.range - margins.range, 0.5 * policy.range)
-    return (Meeting(reach, pairs, bounds, _names(mission), mission.horizon.dt),)
+    return (Meeting(reach, pairs, _nodes(mission, policy).nodes, _names(mission)),)
+
+
+def _nodes(mission: Mission, policy: ProbabilisticConnectivity) -> Quadrature:
+    """As few steps as the indicator's width allows at full speed."""
+    stride = int(NODE_SPACING * policy.range / (mission.limits.speed * mission.horizon.dt))
+    return thinned(sub_period_bounds(mission.steps, policy.sub_periods), max(stride, 1))

@@ -1,79 +1,78 @@
 """Connection probability of pairs of robots in sub-periods (IMEC, Eq. 8), direct double sum.
 
 P = n⁻² Σ_{t∈p} Σ_{s∈p} Γ(q_i(t), q_j(s)) with the Gaussian indicator Γ(a, b) = exp(−|a−b|² / (2 R_c²)): all pairs of
-times of the sub-period, not only equal times.
+times of the sub-period, not only equal times. Worked out as log P, which neither underflows nor stops pulling however
+far apart two robots are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missions.arrays import Array
+from planner.connectivity.quadrature import Quadrature
 
 
 class ConnectionValue(NamedTuple):
-    """P (pairs, sub-periods), and the indicator tables its gradient is made of (one (pairs, n, n) a sub-period)."""
+    """log P (pairs, sub-periods), and ``pull(weights)``: the gradient (T, N, ν) [1/m] of Σ weights · log P."""
 
-    P: Array
-    gamma: tuple[Array, ...]
-
-
-def gaussian_indicator(a: Array, b: Array, R_c: float) -> Array:
-    """Γ(a_t, b_s) for a (..., n, ν) and b (..., m, ν) [m]: (..., n, m)."""
-    scale = 1.0 / (R_c * R_c)
-    exponent = np.matmul(a * scale, np.swapaxes(b, -1, -2))
-    exponent -= (0.5 * scale) * np.einsum("...td,...td->...t", a, a)[..., :, None]
-    exponent -= (0.5 * scale) * np.einsum("...td,...td->...t", b, b)[..., None, :]
-    gamma: Array = np.exp(exponent, out=exponent)
-    return gamma
+    log_P: Array
+    pull: Callable[[Array], Array]
 
 
-def connection_probability(
-    q: Array, R_c: float, pairs: NDArray[np.intp], bounds: Sequence[tuple[int, int]]
+def connection_probability(q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature) -> Array:
+    """P (pairs, sub-periods) for positions q (T, N, ν) [m] and range R_c [m]."""
+    P: Array = np.exp(connection_log_probability(q, R_c, pairs, quadrature).log_P)
+    return P
+
+
+def connection_log_probability(
+    q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature
 ) -> ConnectionValue:
-    """P of every pair and sub-period.
+    """Log P of every pair and sub-period, and its gradient.
 
     Args:
         q: (T, N, ν) positions [m].
         R_c: communication range [m].
         pairs: (pairs, 2) robot indices.
-        bounds: first step and end (exclusive) of each sub-period.
-
-    Returns:
-        P (pairs, sub-periods) and the indicator tables.
+        quadrature: nodes and weights ω of the sub-periods' time averages.
     """
-    X = np.ascontiguousarray(q.transpose(1, 0, 2))  # (N, T, ν)
+    omega = quadrature.weights[..., None]  # (sub-periods, n, 1)
+    w = np.moveaxis((q[quadrature.nodes] - q[0].mean(axis=0)) / R_c, 2, 0)  # (N, sub-periods, n, ν)
+    half = -0.5 * np.einsum("...d,...d->...", w, w)[..., None]
+    one = np.ones_like(half)
+    left, right = np.concatenate([w, half, one], axis=-1), np.concatenate([w, one, half], axis=-1)
+    moments = omega * right[..., :-1]  # (N, sub-periods, n, ν+1): ω w, ω
     i, j = pairs[:, 0], pairs[:, 1]
-    gamma = tuple(gaussian_indicator(X[i, a:b], X[j, a:b], R_c) for a, b in bounds)
-    P = np.stack([table.mean(axis=(1, 2)) for table in gamma], axis=-1)
-    return ConnectionValue(P, gamma)
+
+    gamma = left[i] @ np.swapaxes(right[j], -1, -2)  # (pairs, sub-periods, n, n): −|a−b|²/2R²
+    top = gamma.max(axis=(2, 3), keepdims=True)
+    gamma -= top
+    np.exp(gamma, out=gamma)
+    forward = gamma @ moments[j]  # (pairs, sub-periods, n, ν+1)
+    total = (omega * forward[..., -1:]).sum(axis=2)[..., 0]  # P / e^top
+
+    def pull(weights: Array) -> Array:
+        # d log P / dq_i(t) = −(ω_t / R P) Σ_s ω_s Γ_ts (w_i(t) − w_j(s)), and the mirror image for robot j.
+        scale = (-weights / (total * R_c))[..., None, None] * omega
+        backward = np.swapaxes(gamma, -1, -2) @ moments[i]
+        on_nodes = np.zeros_like(w)
+        _gather(on_nodes, i, scale * (forward[..., -1:] * w[i] - forward[..., :-1]))
+        _gather(on_nodes, j, scale * (backward[..., -1:] * w[j] - backward[..., :-1]))
+        gradient = np.zeros_like(q)
+        # Nodes that fill up a row come before the real one, whose value is therefore the one that stays.
+        gradient[quadrature.nodes] = np.moveaxis(on_nodes, 0, 2)
+        return gradient
+
+    return ConnectionValue(top[..., 0, 0] + np.log(total), pull)
 
 
-def pull_connection_probability(
-    q: Array,
-    R_c: float,
-    pairs: NDArray[np.intp],
-    bounds: Sequence[tuple[int, int]],
-    gamma: Sequence[Array],
-    weights: Array,
-) -> Array:
-    """Gradient (T, N, ν) [1/m] of Σ weights · P, weights (pairs, sub-periods).
-
-    dP/dq_i(t) = −(n R_c)⁻² Σ_s Γ_ts (q_i(t) − q_j(s)), and the mirror image for robot j.
-    """
-    gradient = np.zeros_like(q)
-    X = np.ascontiguousarray(q.transpose(1, 0, 2))
-    i, j = pairs[:, 0], pairs[:, 1]
-    for p, (start, end) in enumerate(bounds):
-        a, b, table = X[i, start:end], X[j, start:end], gamma[p]
-        scale = (-weights[:, p] / ((end - start) * R_c) ** 2)[:, None, None]
-        pull_a = (table.sum(axis=2)[..., None] * a - table @ b) * scale  # (pairs, n, ν)
-        pull_b = (table.sum(axis=1)[..., None] * b - np.swapaxes(table, 1, 2) @ a) * scale
-        for pair in range(len(pairs)):
-            gradient[start:end, i[pair]] += pull_a[pair]
-            gradient[start:end, j[pair]] += pull_b[pair]
-    return gradient
+def _gather(per_robot: Array, robots: NDArray[np.intp], per_pair: Array) -> None:
+    """Add each pair's part to its robot's."""
+    incidence = (np.arange(len(per_robot))[:, None] == robots).astype(np.float64)  # (N, pairs)
+    flat = per_pair.reshape(len(robots), -1)
+    per_robot += (incidence @ flat).reshape(per_robot.shape)

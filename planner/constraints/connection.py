@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.arrays import Array
-from planner.connectivity.probability import connection_probability, pull_connection_probability
+from planner.connectivity.probability import connection_log_probability
+from planner.connectivity.quadrature import Quadrature
 from planner.constraints.base import Evaluation, Place
 from planner.dynamics import Cotangent, Motion
 
@@ -22,34 +23,36 @@ class Connection:
 
     Attributes:
         R_c: communication range [m]. threshold: ε_c.
-        pairs: (P, 2) robot indices. bounds: first step and end (exclusive) of each sub-period.
-        names: of all robots. dt: planning step [s].
+        pairs: (P, 2) robot indices.
+        quadrature: the sub-periods' time averages, thinned: what the search evaluates.
+        exact: the same from every step: what counts.
+        names: of all robots.
     """
 
     R_c: float
     threshold: float
     pairs: NDArray[np.intp]
-    bounds: tuple[tuple[int, int], ...]
+    quadrature: Quadrature
+    exact: Quadrature
     names: tuple[str, ...]
-    dt: float
     name: str = "connection"
     unit: str = ""
     tolerance: float = 2e-3
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (P, sub-periods)."""
-        q = motion.q[:-1]
-        P, gamma = connection_probability(q, self.R_c, self.pairs, self.bounds)
-        P = np.maximum(P, np.finfo(np.float64).tiny)  # exp underflows beyond 37 R_c
+        value = connection_log_probability(motion.q[:-1], self.R_c, self.pairs, self.quadrature)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            cotangent.q[:-1] += pull_connection_probability(q, self.R_c, self.pairs, self.bounds, gamma, -weights / P)
+            cotangent.q[:-1] -= value.pull(weights)
 
-        return Evaluation(np.log(self.threshold / P), pull)
+        return Evaluation(np.log(self.threshold) - value.log_P, pull)
 
     def violation(self, motion: Motion) -> Array:
         """Missing log-probability, (P, sub-periods)."""
-        return self.evaluate(motion).residual
+        value = connection_log_probability(motion.q[:-1], self.R_c, self.pairs, self.exact)
+        missing: Array = np.log(self.threshold) - value.log_P
+        return missing
 
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the sub-period (counted from 1)."""

@@ -18,50 +18,47 @@ SHARPNESS = 0.1  # τ / R²: smaller follows the closest instant alone, larger b
 class Meeting:
     """g = (softmin_t d²(t) − R²)/(2 R), in metres to first order at the limit.
 
-    softmin is the Boltzmann mean Σ d² e^(−d²/τ) / Σ e^(−d²/τ): never below the minimum, so g ≤ 0 proves the meeting.
+    softmin is the Boltzmann mean Σ d² e^(−d²/τ) / Σ e^(−d²/τ): never below the minimum, so g ≤ 0 proves the meeting,
+    also when only some of the steps are looked at.
 
     Attributes:
         range: R [m].
-        pairs: (P, 2) robot indices. bounds: first step and end (exclusive) of each sub-period.
-        names: of all robots. dt: planning step [s].
+        pairs: (P, 2) robot indices.
+        nodes: (sub-periods, n) steps looked at.
+        names: of all robots.
     """
 
     range: float
     pairs: NDArray[np.intp]
-    bounds: tuple[tuple[int, int], ...]
+    nodes: NDArray[np.intp]
     names: tuple[str, ...]
-    dt: float
     name: str = "meeting"
     unit: str = "m"
     tolerance: float = 1e-3
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (P, sub-periods)."""
-        delta = self._delta(motion)  # (T, P, ν)
-        squares = np.einsum("tpd,tpd->tp", delta, delta)
+        delta = self._delta(motion)  # (ν, P, sub-periods, n)
+        squares = (delta * delta).sum(axis=0)
         tau = SHARPNESS * self.range**2
-        softmin = np.empty((len(self.pairs), len(self.bounds)))
-        slope = np.zeros_like(squares)  # d softmin / d squares
-        for p, (start, end) in enumerate(self.bounds):
-            part = squares[start:end]
-            share = np.exp((part.min(axis=0) - part) / tau)
-            share /= share.sum(axis=0)
-            softmin[:, p] = (share * part).sum(axis=0)
-            slope[start:end] = share * (1.0 - (part - softmin[:, p]) / tau)
+        share = np.exp((squares.min(axis=-1, keepdims=True) - squares) / tau)
+        share /= share.sum(axis=-1, keepdims=True)
+        softmin = (share * squares).sum(axis=-1)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            for p, (start, end) in enumerate(self.bounds):
-                force = delta[start:end] * (slope[start:end] * weights[:, p] / self.range)[..., None]
-                for pair, (i, j) in enumerate(self.pairs):
-                    cotangent.q[start:end, i] += force[:, pair]
-                    cotangent.q[start:end, j] -= force[:, pair]
+            slope = share * (1.0 - (squares - softmin[..., None]) / tau)  # d softmin / d squares
+            force = delta * (slope * (weights / self.range)[..., None])
+            robots = np.arange(motion.q.shape[1])[:, None]
+            incidence = (robots == self.pairs[:, 0]).astype(np.float64) - (robots == self.pairs[:, 1])  # (N, P)
+            on_nodes = np.tensordot(incidence, force, axes=(1, 1))  # (N, ν, sub-periods, n)
+            np.add.at(cotangent.q, self.nodes, on_nodes.transpose(2, 3, 0, 1))
 
         return Evaluation((softmin - self.range**2) / (2.0 * self.range), pull)
 
     def violation(self, motion: Motion) -> Array:
         """How far the closest approach misses the range [m], (P, sub-periods)."""
-        distance = np.linalg.norm(self._delta(motion), axis=-1)
-        return np.stack([distance[a:b].min(axis=0) for a, b in self.bounds], axis=-1) - self.range
+        closest: Array = np.linalg.norm(self._delta(motion), axis=0).min(axis=-1)
+        return closest - self.range
 
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the sub-period (counted from 1)."""
@@ -69,6 +66,6 @@ class Meeting:
         return Place(f"{self.names[i]}-{self.names[j]}, sub-period {index[1] + 1}", None)
 
     def _delta(self, motion: Motion) -> Array:
-        q = motion.q[:-1]
-        delta: Array = q[:, self.pairs[:, 0]] - q[:, self.pairs[:, 1]]
+        x = np.ascontiguousarray(motion.q[self.nodes].transpose(3, 2, 0, 1))  # (ν, N, sub-periods, n)
+        delta: Array = x[:, self.pairs[:, 0]] - x[:, self.pairs[:, 1]]
         return delta

@@ -31,34 +31,32 @@ class Separation:
     tolerance: float = 1e-3
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (S, P) over the fine samples."""
-        delta = self._delta(motion)
-        residual = (self.distance**2 - _squared(delta)) / (2.0 * self.distance)
+        """Residual (P, S) over the fine samples."""
+        delta, squares = self._distances(motion)
+        epsilon = self.distance[:, None]
+        residual = (epsilon**2 - squares) / (2.0 * epsilon)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            s, p = np.nonzero(weights)  # few pairs are close at any time
-            force = delta[s, p] * (weights[s, p] / self.distance[p])[:, None]
+            p, s = np.nonzero(weights)  # few pairs are close at any time
+            force = (delta[:, p, s] * (weights[p, s] / self.distance[p])).T
             np.subtract.at(cotangent.q_fine, (s, self.pairs[p, 0]), force)
             np.add.at(cotangent.q_fine, (s, self.pairs[p, 1]), force)
 
         return Evaluation(residual, pull)
 
     def violation(self, motion: Motion) -> Array:
-        """ε_a − d [m], (S, P)."""
-        return self.distance - np.sqrt(_squared(self._delta(motion)))
+        """ε_a − d [m], (P, S)."""
+        _, squares = self._distances(motion)
+        missing: Array = self.distance[:, None] - np.sqrt(squares)
+        return missing
 
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the instant."""
-        i, j = self.pairs[index[1]]
-        return Place(f"{self.names[i]}-{self.names[j]}", index[0] * self.dt)
+        i, j = self.pairs[index[0]]
+        return Place(f"{self.names[i]}-{self.names[j]}", index[1] * self.dt)
 
-    def _delta(self, motion: Motion) -> Array:
-        q = motion.q_fine
-        delta: Array = q[:, self.pairs[:, 0]] - q[:, self.pairs[:, 1]]
-        return delta
-
-
-def _squared(delta: Array) -> Array:
-    """|delta|² over the last axis."""
-    squares: Array = np.einsum("...d,...d->...", delta, delta)
-    return squares
+    def _distances(self, motion: Motion) -> tuple[Array, Array]:
+        """Difference vectors (ν, P, S) and their squared lengths (P, S): time last, where NumPy is fast."""
+        x = np.ascontiguousarray(motion.q_fine.T)  # (ν, N, S)
+        delta = x[:, self.pairs[:, 0]] - x[:, self.pairs[:, 1]]
+        return delta, (delta * delta).sum(axis=0)

@@ -20,10 +20,10 @@ from missions.arrays import Array, frozen
 
 
 class Tables(NamedTuple):
-    """Basis factors at M points, each (n, ν, M): cos(kθ) and k sin(kθ), θ = π w."""
+    """Basis factors at M points, each (n, ν, M): cos(kθ) and sin(kθ), θ = π w."""
 
     cosine: Array
-    k_sine: Array
+    sine: Array
 
 
 @dataclass(frozen=True)
@@ -67,20 +67,18 @@ class CosineBasis:
         return frozen((1.0 + (self.k**2).sum(axis=-1)) ** (-(self.dimension + 1) / 2))
 
     def tables(self, points: Array) -> Tables:
-        """Factors cos(kθ) and k sin(kθ) at ``points`` (M, ν) [m], by the Chebyshev recurrence from one sincos."""
-        theta = ((points - self.lower) * (np.pi / (self.upper - self.lower))).T  # (ν, M)
-        cosine = np.empty((self.n, *theta.shape))
-        k_sine = np.empty_like(cosine)
-        cosine[0], k_sine[0] = 1.0, 0.0
-        np.cos(theta, out=cosine[1])
-        np.sin(theta, out=k_sine[1])
-        twice = 2.0 * cosine[1]
+        """Factors cos(kθ) and sin(kθ) at ``points`` (M, ν) [m], by the Chebyshev recurrence from one sincos."""
+        theta = np.ascontiguousarray(points.T) - self.lower[:, None]  # (ν, M)
+        theta *= (np.pi / (self.upper - self.lower))[:, None]
+        factors = np.empty((self.n, 2, *theta.shape))
+        factors[0, 0], factors[0, 1] = 1.0, 0.0
+        np.cos(theta, out=factors[1, 0])
+        np.sin(theta, out=factors[1, 1])
+        twice = 2.0 * factors[1, 0]
         for k in range(2, self.n):
-            for table in (cosine, k_sine):
-                np.multiply(twice, table[k - 1], out=table[k])
-                table[k] -= table[k - 2]
-        k_sine *= np.arange(self.n)[:, None, None]
-        return Tables(cosine, k_sine)
+            np.multiply(twice, factors[k - 1], out=factors[k])
+            factors[k] -= factors[k - 2]
+        return Tables(factors[:, 0], factors[:, 1])
 
     def statistics(self, cosine: Array) -> Array:
         """c_k = mean over points of F_k, (n,)*ν, from :attr:`Tables.cosine` (n, ν, M)."""
@@ -106,9 +104,10 @@ class CosineBasis:
         G = weights / self.h_k
         gradient = np.empty((nu, points))
         for d in range(nu):
-            others = [axis for axis in range(nu) if axis != d]
-            contracted = _contract(np.moveaxis(G, d, 0), [tables.cosine[:, axis] for axis in others])  # (n, M)
-            np.einsum("km,km->m", contracted, tables.k_sine[:, d], out=gradient[d])
+            others = [tables.cosine[:, axis] for axis in range(nu) if axis != d]
+            contracted = _contract(np.moveaxis(G * self.k[..., d], d, 0), others)  # (n, M)
+            contracted *= tables.sine[:, d]
+            np.sum(contracted, axis=0, out=gradient[d])
         scale = -np.pi / (self.upper - self.lower) / points
         result: Array = (gradient * scale[:, None]).T
         return result
