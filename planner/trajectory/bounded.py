@@ -6,8 +6,8 @@ by the method of multipliers: for multipliers λ and penalty ρ the inner proble
 
     ½ xᵀ H x − gᵀ x + ρ/2 Σ excess(A x + b + λ/ρ)²,   excess(y) = y − clip(y, −cap, cap)
 
-is piecewise quadratic, and Newton's method on it ends after a few changes of the set of active rows; then
-λ ← ρ excess, ρ grows. Small and dense: a spline has about a hundred unknowns.
+is convex and piecewise quadratic, so Newton's method with a line search ends after a few changes of the set of active
+rows; then λ ← ρ excess, and ρ grows. Small and dense: a spline has about a hundred unknowns.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import numpy as np
 
 from missions.arrays import Array
 
-_OUTER, _INNER = 12, 12
+_OUTER, _INNER = 12, 25
 _GROWTH = 3.0
+_SHORTEST_STEP = 1e-6
 
 
 def bounded_least_squares(H: Array, g: Array, A: Array, b: Array, cap: float, tolerance: float) -> Array:
@@ -43,21 +44,42 @@ def bounded_least_squares(H: Array, g: Array, A: Array, b: Array, cap: float, to
     for _ in range(_OUTER):
         if np.abs(y).max() <= cap + tolerance:
             break
-        active = np.zeros(len(b), dtype=bool)
-        for _ in range(_INNER):
-            now = np.abs(y + shift) > cap
-            if np.array_equal(now, active):
-                break
-            active = now
-            rows = A[now]
-            target = np.copysign(cap, (y + shift)[now]) - b[now] - shift[now]
-            x = _solve(H + rho * rows.T @ rows, g + rho * rows.T @ target)
-            y = A @ x + b
-        shift += y
-        shift -= np.clip(shift, -cap, cap)
-        shift /= _GROWTH
+        x = _penalised(H, g, A, b + shift, cap, rho, x)
+        y = A @ x + b
+        shift = _excess(y + shift, cap) / _GROWTH
         rho *= _GROWTH
     return x
+
+
+def _penalised(H: Array, g: Array, A: Array, b: Array, cap: float, rho: float, x: Array) -> Array:
+    """Newton's method, with a line search, on ½ xᵀ H x − gᵀ x + ρ/2 Σ excess(A x + b)²."""
+    y = A @ x + b
+    for _ in range(_INNER):
+        active = np.abs(y) > cap
+        rows = A[active]
+        excess = _excess(y, cap)
+        gradient = H @ x - g + rho * (rows.T @ excess[active])
+        step = -_solve(H + rho * rows.T @ rows, gradient)
+        slope = float(gradient @ step)
+        along, value = A @ step, rho / 2 * float(excess @ excess)
+        curvature, linear = float(step @ H @ step), float((H @ x - g) @ step)
+        length = 1.0
+        while length > _SHORTEST_STEP:
+            trial = _excess(y + length * along, cap)
+            change = length * linear + length**2 / 2 * curvature + rho / 2 * float(trial @ trial) - value
+            if change <= 1e-4 * length * slope:
+                break
+            length /= 2
+        x, y = x + length * step, y + length * along
+        if length == 1.0 and np.array_equal(np.abs(y) > cap, active):
+            break  # the minimum of this quadratic is the minimum
+    return x
+
+
+def _excess(y: Array, cap: float) -> Array:
+    """How far beyond ±cap, with sign."""
+    beyond: Array = y - np.clip(y, -cap, cap)
+    return beyond
 
 
 def _solve(H: Array, g: Array) -> Array:

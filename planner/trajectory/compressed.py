@@ -9,13 +9,14 @@ and walks until the end marker, so the marker is mandatory here.
 
 from __future__ import annotations
 
+import functools
 import math
 import struct
 from dataclasses import dataclass
 
 import numpy as np
 
-from missions.arrays import Array
+from missions.arrays import Array, frozen
 from planner.trajectory.bezier import control_points, power_coefficients
 from planner.trajectory.encoded import MEMORY_SIZE
 from planner.trajectory.errors import TrajectoryError
@@ -143,35 +144,35 @@ def _round_axis(ideal: Array, milliseconds: Array) -> list[Array]:
 def _lowest_degree(points: Array, start: float) -> Array | None:
     """Control points of degree 0, 1 or 3 if such a curve is within rounding of the ideal one, else None."""
     for degree in (0, 1, 3):
-        low = _reduce(points, degree)
+        low = _reduction(degree) @ points
         low = np.concatenate([[start], np.rint(low[1:])])
         if np.abs(_elevate(low) - points).max() <= 0.5 + 1e-6:
             return low
     return None
 
 
-def _reduce(points: Array, degree: int) -> Array:
-    """Least-squares control points of a lower degree (ends interpolated)."""
-    if degree == 0:
-        return points[:1]
-    matrix = _elevation(degree)
-    ends = np.zeros(degree + 1)
-    ends[0], ends[-1] = points[0], points[-1]
-    if degree > 1:
-        inner = np.linalg.lstsq(matrix[:, 1:-1], points - matrix @ ends, rcond=None)[0]
-        ends[1:-1] = inner
-    return ends
-
-
+@functools.cache
 def _elevation(degree: int) -> Array:
     """(8, degree+1) degree elevation to 7."""
     i, j = np.arange(8), np.arange(degree + 1)
-    return np.array(
+    return frozen(
         [
             [math.comb(degree, b) * math.comb(7 - degree, a - b) / math.comb(7, a) if a >= b else 0.0 for b in j]
             for a in i
         ]
     )
+
+
+@functools.cache
+def _reduction(degree: int) -> Array:
+    """(degree+1, 8) to the control points of a lower degree: ends interpolated, least squares between."""
+    ends = np.zeros((degree + 1, 8))
+    ends[0, 0] = 1.0
+    if degree:
+        ends[-1, -1] = 1.0
+    up = _elevation(degree)
+    ends[1:-1] = np.linalg.pinv(up[:, 1:-1]) @ (np.eye(8) - up @ ends) if degree > 1 else 0.0
+    return frozen(ends)
 
 
 def _elevate(curve: Array) -> Array:

@@ -23,6 +23,7 @@ from missions.arrays import Array
 from missions.schema import Mission
 from planner.plan import Plan
 from planner.trajectory.bounded import bounded_least_squares
+from planner.trajectory.encode import decode, encode
 from planner.trajectory.encoded import MEMORY_SIZE
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.knots import place_knots
@@ -47,7 +48,8 @@ def fit(plan: Plan, mission: Mission) -> tuple[PiecewisePolynomial, ...]:
     The number of pieces grows until the deviation is a tenth of the mission's tolerance or the memory is full.
 
     Raises:
-        TrajectoryError: a robot's plan cannot be followed within the tolerance and the acceleration limit.
+        TrajectoryError: a robot's plan cannot be followed within the tolerance and the acceleration limit, or leaves
+            what the encoding can hold.
     """
     return tuple(_fit_robot(plan, mission, robot) for robot in range(plan.q.shape[1]))
 
@@ -66,7 +68,7 @@ def deviation(plan: Plan, robot: int, trajectory: PiecewisePolynomial) -> tuple[
 
 @dataclass(frozen=True)
 class _Candidate:
-    """One fit and how good it is: deviation [m] and when [s], acceleration over the limit [m/s²]."""
+    """One fit and how good it is: deviation of its bytes [m] and when [s], acceleration over the limit [m/s²]."""
 
     trajectory: PiecewisePolynomial
     deviation: float
@@ -79,7 +81,12 @@ def _fit_robot(plan: Plan, mission: Mission, robot: int) -> PiecewisePolynomial:
     tolerance = mission.trajectory.tolerance
     best: _Candidate | None = None
     for pieces, even in _piece_counts(plan, mission):
-        candidate = _fit_pieces(plan, mission, robot, place_knots(plan, robot, pieces, even=even))
+        try:
+            candidate = _fit_pieces(plan, mission, robot, place_knots(plan, robot, pieces, even=even))
+        except TrajectoryError as error:  # of the encoding; what was found before says more
+            if best is None:
+                raise TrajectoryError(f"robot {mission.robots[robot].name}: {error}") from None
+            break
         if best is None or (candidate.excess, candidate.deviation) < (best.excess, best.deviation):
             best = candidate
         if best.excess <= 0 and best.deviation <= AIM * tolerance:
@@ -150,8 +157,9 @@ def _fit_pieces(plan: Plan, mission: Mission, robot: int, knots: Array) -> _Cand
     if axes == 2:
         coefficients[:, 2, 0] = mission.flight.altitude
     trajectory = PiecewisePolynomial(spline.durations, coefficients)
+    flown = decode(encode(trajectory, mission.trajectory))  # rounding counts: millimetres when compressed
     excess = max(0.0, float(np.abs(A @ x[inner] + b).max()) - limit)
-    return _Candidate(trajectory, *deviation(plan, robot, trajectory), excess)
+    return _Candidate(trajectory, *deviation(plan, robot, flown), excess)
 
 
 def _quadrature(plan: Plan) -> Array:

@@ -19,7 +19,8 @@ def test_bytes_survive_the_csv():
 
 def test_columns_are_those_of_uav_trajectories():
     text = to_csv(TRAJECTORY)
-    assert text.startswith("duration,x^0,x^1,x^2,x^3,x^4,x^5,x^6,x^7,y^0,") and HEADER.endswith("yaw^7")
+    assert text.startswith("duration,x^0,x^1,x^2,x^3,x^4,x^5,x^6,x^7,y^0,")
+    assert HEADER.endswith("yaw^7")
     table = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1, usecols=range(33))  # as Crazyswarm reads it
     np.testing.assert_array_equal(table[:, 0], TRAJECTORY.durations)
     np.testing.assert_array_equal(table[:, 9:17], TRAJECTORY.coefficients[:, 1])

@@ -1,0 +1,201 @@
+"""The fit: continuity, rest, limits and deviation of what comes out, whatever plan goes in."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from missions.schema import Flight, Horizon, Limits, Mission, Robot, TrajectorySettings, UniformMap, Workspace
+from planner.plan import Plan
+from planner.trajectory.bounded import bounded_least_squares
+from planner.trajectory.encode import decode, encode
+from planner.trajectory.encoded import Encoding
+from planner.trajectory.errors import TrajectoryError
+from planner.trajectory.fit import deviation, fit
+from planner.trajectory.knots import place_knots
+from planner.trajectory.motion import plan_motion
+from planner.trajectory.poly4d import MAX_PIECES
+from planner.trajectory.spline import SepticSpline
+
+LIMIT = 0.5
+DT = 0.1
+
+
+def plan_of(seed, steps=300, robots=1, axes=2, cap=0.475, band=0.4, ramp=5):
+    """A rest-to-rest double integrator with random controls within the cap, eased in and out over ``ramp`` steps."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(steps)[:, None, None] * DT
+    u = np.zeros((steps, robots, axes))
+    for frequency in np.arange(0.03, band, 0.03):
+        u += rng.normal(size=(1, robots, axes)) * np.sin(
+            2 * np.pi * frequency * t + rng.uniform(0, 2 * np.pi, (1, robots, axes))
+        )
+    u *= cap / u.std()
+    ease = np.minimum(1.0, np.minimum(np.arange(steps), np.arange(steps)[::-1]) / max(ramp, 1) + (ramp == 0))
+    bound = cap * ease[:, None, None]
+    for _ in range(300):  # rest at the end: the controls' sum vanishes
+        u = np.clip(u, -bound, bound)
+        u -= u.sum(axis=0) / ease.sum() * ease[:, None, None]
+    v = np.concatenate([np.zeros((1, robots, axes)), np.cumsum(u, axis=0) * DT])
+    q = np.cumsum(np.concatenate([np.zeros((1, robots, axes)), v[:-1] * DT + u * DT**2 / 2]), axis=0)
+    return Plan(np.arange(steps + 1) * DT, q - q.mean(axis=0), v, u, 0.0, 0.0)
+
+
+def mission_of(plan, **changes):
+    axes = plan.q.shape[2]
+    mission = Mission(
+        schema_version=1,
+        name="test",
+        workspace=Workspace((-60.0,) * axes, (60.0,) * axes),
+        horizon=Horizon(float(plan.t[-1]), plan.dt),
+        information=UniformMap(),
+        robots=tuple(Robot(f"r{i}", tuple(plan.q[0, i])) for i in range(plan.q.shape[1])),
+        limits=Limits(acceleration=LIMIT),
+        flight=Flight(altitude=0.8),
+    )
+    return dataclasses.replace(mission, **changes)
+
+
+def dense(trajectory, count=20):
+    """Times inside every piece, ends included: 1 µs inside, so that the piece itself answers."""
+    knots = trajectory.knots()
+    return np.concatenate([np.linspace(a + 1e-6, b - 1e-6, count) for a, b in itertools.pairwise(knots)])
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([20, 57, 300]), st.floats(0.1, 0.48))
+def test_laws_of_a_fit(seed, steps, cap):
+    plan = plan_of(seed, steps, cap=cap)
+    mission = mission_of(plan)
+    (trajectory,) = fit(plan, mission)
+
+    assert trajectory.pieces <= MAX_PIECES
+    assert trajectory.duration == pytest.approx(plan.t[-1], abs=1e-9)
+    np.testing.assert_allclose(np.rint(trajectory.knots() * 1e3), trajectory.knots() * 1e3, atol=1e-6)
+    ends = np.array([0.0, plan.t[-1]])
+    np.testing.assert_allclose(trajectory.evaluate(ends)[:, :2], plan.q[[0, -1], 0], atol=1e-9)
+    for order in (1, 2, 3):
+        np.testing.assert_allclose(trajectory.evaluate(ends, order), 0.0, atol=1e-6)
+    joints, scales = trajectory.knots()[1:-1], (1e-9, 1e-8, 1e-7, 1e-6)
+    for order, scale in enumerate(scales):
+        before = trajectory.evaluate(joints - 1e-9, order)
+        np.testing.assert_allclose(before, trajectory.evaluate(joints, order), atol=scale + 1e-8 * 1e3**order / 1e3)
+    assert np.abs(trajectory.evaluate(dense(trajectory), 2)).max() <= LIMIT
+    np.testing.assert_array_equal(trajectory.coefficients[:, 2, 1:], 0.0)
+    np.testing.assert_array_equal(trajectory.evaluate(ends)[:, 2], 0.8)
+
+    t = np.linspace(0, plan.t[-1], 7 * steps)
+    error = np.linalg.norm(trajectory.evaluate(t)[:, :2] - plan_motion(plan, 0, t), axis=1).max()
+    assert error <= mission.trajectory.tolerance
+    assert error == pytest.approx(deviation(plan, 0, trajectory)[0], rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_smooth_plans_are_followed_to_millimetres(seed):
+    plan = plan_of(seed, band=0.3)
+    assert deviation(plan, 0, fit(plan, mission_of(plan))[0])[0] < 3e-3
+
+
+def test_a_jump_of_the_control_at_the_start_is_caught_up():
+    """Plans may start with full acceleration; the polynomial starts at rest and has to catch up within the limit."""
+    plan = plan_of(3, cap=0.3, ramp=0)
+    assert np.abs(plan.u[0]).max() > 0.1
+    (trajectory,) = fit(plan, mission_of(plan))
+    assert deviation(plan, 0, trajectory)[0] < 0.01
+    assert np.abs(trajectory.evaluate(dense(trajectory), 2)).max() <= LIMIT
+
+
+def test_a_plan_beyond_the_limit_is_refused_with_robot_and_figures():
+    plan = plan_of(5, steps=100, robots=2, cap=1.5)
+    with pytest.raises(TrajectoryError, match=r"robot r0: .* deviate \d+\.\d mm .* allowed are 20 mm"):
+        fit(plan, mission_of(plan, trajectory=TrajectorySettings(encoding="poly4d")))
+
+
+def test_a_robot_that_stays_where_it_is():
+    plan = plan_of(1, steps=100)
+    still = dataclasses.replace(plan, q=np.full_like(plan.q, 1.5), v=np.zeros_like(plan.v), u=np.zeros_like(plan.u))
+    (trajectory,) = fit(still, mission_of(still))
+    np.testing.assert_allclose(trajectory.evaluate(np.linspace(0, 10, 99))[:, :2], 1.5, atol=1e-9)
+
+
+def test_three_axes_are_followed():
+    plan = plan_of(2, axes=3, robots=2)
+    for robot, trajectory in enumerate(fit(plan, mission_of(plan))):
+        assert deviation(plan, robot, trajectory)[0] < 5e-3
+        assert np.ptp(trajectory.evaluate(plan.t)[:, 2]) > 0.1
+
+
+@pytest.mark.parametrize("encoding", ["auto", "compressed"])
+def test_more_pieces_than_poly4d_holds_go_compressed(encoding):
+    plan = plan_of(7, steps=900, cap=0.4, band=0.5)
+    mission = mission_of(plan, trajectory=TrajectorySettings(encoding=encoding))
+    (trajectory,) = fit(plan, mission)
+    encoded = encode(trajectory, mission.trajectory)
+    assert trajectory.pieces > MAX_PIECES
+    assert encoded.encoding is Encoding.COMPRESSED
+    assert deviation(plan, 0, decode(encoded))[0] <= mission.trajectory.tolerance
+
+
+def test_pieces_are_short_where_the_acceleration_bends():
+    plan = plan_of(0, steps=200)
+    u = np.zeros_like(plan.u)
+    u[100:105], u[105:110] = 0.4, -0.4
+    v = np.concatenate([np.zeros_like(plan.v[:1]), np.cumsum(u, axis=0) * DT])
+    kinked = dataclasses.replace(plan, u=u, v=v)
+    knots = place_knots(kinked, 0, 20)
+    shortest = np.argmin(np.diff(knots))
+    assert 9.5 < knots[shortest] < 11.5
+    assert np.diff(knots).min() >= 0.059
+    np.testing.assert_allclose(np.diff(place_knots(kinked, 0, 20, even=True)), 1.0, atol=1e-9)
+
+
+def test_spline_maps_agree_with_its_polynomials():
+    """Two ways to the same derivative: design matrices and power coefficients."""
+    rng = np.random.default_rng(0)
+    knots = np.cumsum([0.0, 0.3, 1.0, 0.15, 2.0])
+    spline = SepticSpline(knots)
+    unknowns = rng.normal(size=(20, 2))
+    coefficients = spline.coefficients(unknowns)
+    t = np.linspace(0, knots[-1] - 1e-9, 50)
+    piece = np.searchsorted(knots, t, side="right") - 1
+    for order in range(4):
+        powers = np.polynomial.polynomial.polyder(np.moveaxis(coefficients, -1, 0), order)  # (8-order, M, axes)
+        tau = (t - knots[piece])[:, None]
+        expected = sum(powers[k][piece] * tau**k for k in range(8 - order))
+        np.testing.assert_allclose(spline.at(t, order) @ unknowns, expected, rtol=1e-9, atol=1e-6)
+    states = np.stack([spline.at(knots, order) @ unknowns for order in range(4)], axis=1)  # (knots, 4, axes)
+    expected = unknowns.reshape(5, 4, 2) / spline.scale ** np.arange(4)[:, None]
+    np.testing.assert_allclose(states, expected, rtol=1e-9, atol=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10_000))
+def test_bounded_least_squares_is_optimal(seed):
+    """Karush-Kuhn-Tucker: feasible, and the gradient is a combination of active rows with the right signs."""
+    rng = np.random.default_rng(seed)
+    n, m, cap = 12, 40, 0.3
+    root = rng.normal(size=(n + 5, n))
+    H, g, A = root.T @ root / n, rng.normal(size=n), rng.normal(size=(m, n)) / np.sqrt(n)
+    b = rng.uniform(-0.2, 0.2, m)  # x = 0 is feasible
+    x = bounded_least_squares(H, g, A, b, cap, 1e-7)
+    y = A @ x + b
+    assert np.abs(y).max() <= cap + 1e-6
+    active = np.abs(y) >= cap - 1e-4
+    pushes = A[active] * np.sign(y[active])[:, None]
+    multipliers, *_ = np.linalg.lstsq(pushes.T, g - H @ x, rcond=None)
+    np.testing.assert_allclose(pushes.T @ multipliers, g - H @ x, atol=1e-4)
+    assert (multipliers >= -1e-4).all()
+
+
+def test_plan_motion_is_the_double_integrator():
+    plan = plan_of(4, robots=2)
+    s = 0.037
+    t = plan.t[:-1] + s
+    expected = plan.q[:-1] + plan.v[:-1] * s + plan.u * s**2 / 2
+    for robot in range(2):
+        np.testing.assert_allclose(plan_motion(plan, robot, t), expected[:, robot], atol=1e-9)
+        np.testing.assert_allclose(plan_motion(plan, robot, t, 1), (plan.v[:-1] + plan.u * s)[:, robot], atol=1e-9)
+        np.testing.assert_allclose(plan_motion(plan, robot, t, 2), plan.u[:, robot], atol=1e-8)
