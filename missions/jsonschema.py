@@ -46,7 +46,7 @@ def _record(record: type) -> JsonSchema:
 def _field(item: dataclasses.Field[Any], hint: Any) -> JsonSchema:  # noqa: ANN401 - type hints have no common type
     meta = item.metadata
     unit = f" [{meta['unit']}]" if meta.get("unit") else ""
-    schema: JsonSchema = {"description": meta.get("doc", "") + unit} | _value(hint, meta)
+    schema: JsonSchema = _value(hint, meta) | {"description": meta.get("doc", "") + unit}
     if item.name == "airframe":
         schema["enum"] = list(airframe_names())
     if isinstance(item.default, str | int | float) and item.name != "schema_version":
