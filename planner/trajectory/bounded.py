@@ -19,6 +19,7 @@ from missions.arrays import Array
 _OUTER, _INNER = 12, 25
 _GROWTH = 3.0
 _SHORTEST_STEP = 1e-6
+_PROGRESS, _PATIENCE = 0.7, 2  # rounds that reduce the excess by less than this say that the rows cannot be met
 
 
 def bounded_least_squares(H: Array, g: Array, A: Array, b: Array, cap: float, tolerance: float) -> Array:
@@ -41,13 +42,16 @@ def bounded_least_squares(H: Array, g: Array, A: Array, b: Array, cap: float, to
     # A penalty that makes the rows about as stiff as the quadratic, seen through the rows.
     rho = 10.0 * float(np.trace(H)) / max(float(np.square(A).sum()), 1e-300)
     shift = np.zeros(len(b))  # λ/ρ
+    worst, stalled = float(np.abs(y).max()) - cap, 0
     for _ in range(_OUTER):
-        if np.abs(y).max() <= cap + tolerance:
+        if worst <= tolerance or stalled == _PATIENCE:
             break
         x = _penalised(H, g, A, b + shift, cap, rho, x)
         y = A @ x + b
         shift = _excess(y + shift, cap) / _GROWTH
         rho *= _GROWTH
+        before, worst = worst, float(np.abs(y).max()) - cap
+        stalled = stalled + 1 if worst > _PROGRESS * before else 0
     return x
 
 

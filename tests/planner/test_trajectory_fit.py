@@ -130,7 +130,7 @@ def test_three_axes_are_followed():
 
 @pytest.mark.parametrize("encoding", ["auto", "compressed"])
 def test_more_pieces_than_poly4d_holds_go_compressed(encoding):
-    plan = plan_of(7, steps=900, cap=0.4, band=0.5)
+    plan = plan_of(7, steps=1200, cap=0.4, band=0.5)
     mission = mission_of(plan, trajectory=TrajectorySettings(encoding=encoding))
     (trajectory,) = fit(plan, mission)
     encoded = encode(trajectory, mission.trajectory)
