@@ -14,7 +14,7 @@ from planner.ergodic.basis import CosineBasis
 from planner.errors import PlannerError
 
 GRID_POINTS_PER_METRE = 50  # authors' code
-GRID_POINTS_RANGE = {1: (100, 4000), 2: (100, 1000), 3: (40, 120)}  # keeps tiny and huge boxes affordable
+GRID_POINTS_RANGE = {2: (100, 1000), 3: (40, 120)}  # keeps tiny and huge boxes affordable
 
 
 def information_coefficients(information: InformationMap, basis: CosineBasis) -> Array:
