@@ -20,7 +20,6 @@ from planner.certificate.connectivity import period_boundaries, with_exact_meeti
 from planner.certificate.errors import CertificateError
 from planner.certificate.memory import decoded, memory_checks
 from planner.certificate.record import Certificate, Check, Indicators
-from planner.certificate.segments import common_segments
 from planner.certificate.separation import Approaches, closest_approaches
 from planner.indicators import indicators
 from planner.trajectory.encoded import EncodedTrajectory
@@ -55,8 +54,7 @@ def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> 
         raise CertificateError(f"trajectories of {sorted(trajectories)}; the mission flies {sorted(names)}")
     flown = {name: decoded(name, trajectories[name]) for name in names}
     periods = period_boundaries(mission)
-    segments = common_segments(list(flown.values()), periods)
-    approaches = closest_approaches(segments, periods)
+    approaches = closest_approaches(list(flown.values()), periods)
     found = _indicators(mission, flown, approaches)
     checks = [
         *(_separation(mission, names, approaches)),

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from missions.arrays import Array
 from planner.certificate.bernstein import minimise, root, square_sum
-from planner.certificate.segments import Segments
+from planner.certificate.segments import common_segments
 from planner.connectivity.pairs import all_pairs
+from planner.trajectory.piecewise import PiecewisePolynomial
 
 RESOLUTION = 1e-4  # [m]
 
@@ -31,13 +33,14 @@ class Approaches:
     time: Array
 
 
-def closest_approaches(segments: Segments, periods: Array) -> Approaches:
+def closest_approaches(trajectories: Sequence[PiecewisePolynomial], periods: Array) -> Approaches:
     """Closest approaches in continuous time.
 
     Args:
-        segments: all robots; cut at the inner boundaries of the periods.
+        trajectories: all robots'.
         periods: (P+1,) boundaries of the periods [s]; what is before or after counts to the first or last.
     """
+    segments = common_segments(trajectories, periods)
     robots, count = len(segments.points), len(periods) - 1
     start, end = segments.times[:-1], segments.times[1:]
     period = np.clip(np.searchsorted(periods, (start + end) / 2) - 1, 0, count - 1)
