@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping as MappingABC
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from types import MappingProxyType
 
 from missions.errors import MissionError
+from missions.mappings import FrozenMapping
 from missions.records import RecordReader, did_you_mean
 from missions.schema import field
-from missions.yamltree import Mapping, parse_yaml
+from missions.yamltree import MappingNode, parse_yaml
 
 _THRUST_COMMAND_MAX = 65535  # uint16 of the firmware's motor commands
 _GRAVITY = 9.81  # [m/s²], the firmware's GRAVITY_MAGNITUDE
@@ -52,14 +52,14 @@ class Airframe:
 
 
 @functools.cache
-def _airframes() -> MappingABC[str, Airframe]:
+def _airframes() -> Mapping[str, Airframe]:
     name = "missions/airframes.yaml"
     text = resources.files("missions").joinpath("airframes.yaml").read_text(encoding="utf-8")
     root = parse_yaml(text, file=name)
-    if not isinstance(root, Mapping):
+    if not isinstance(root, MappingNode):
         raise MissionError("allowed: a mapping of airframes", file=name)
     reader = RecordReader(name)
-    return MappingProxyType({key: reader.read_record(node, Airframe, key) for key, node in root.items.items()})
+    return FrozenMapping({key: reader.read_record(node, Airframe, key) for key, node in root.items.items()})
 
 
 def airframe_names() -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Stage 1 of 7: mission.yaml to Mission.
+"""mission.yaml to Mission.
 
 Text becomes nodes (:mod:`missions.yamltree`), nodes become records (:mod:`missions.records`), records are checked
 against each other (:mod:`missions.validate`), and the files they name are read (:mod:`missions.maps`).
@@ -9,15 +9,15 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
-from types import MappingProxyType
 
 from missions.errors import MissionError
 from missions.files import read_map_file, read_text
+from missions.mappings import FrozenMapping
 from missions.maps import MapError, read_density
 from missions.records import RecordReader
 from missions.schema import ArrayMap, ImageMap, Mission, MissionSource
 from missions.validate import validate
-from missions.yamltree import Mapping, Node, Scalar, parse_yaml
+from missions.yamltree import MappingNode, Node, ScalarNode, parse_yaml
 
 SCHEMA_VERSION = "1"
 
@@ -53,13 +53,13 @@ def parse_mission(text: str, *, path: str, read_file: Callable[[str], bytes]) ->
     mission = reader.read_record(root, Mission)
     validate(mission, reader.error)
     mission, files = _with_density(mission, read_file, reader)
-    return dataclasses.replace(mission, source=MissionSource(path, text, MappingProxyType(files)))
+    return dataclasses.replace(mission, source=MissionSource(path, text, FrozenMapping(files)))
 
 
 def _check_version(root: Node, reader: RecordReader) -> None:
     """First of all: in a file of another version every other complaint would mislead."""
-    version = root.items.get("schema_version") if isinstance(root, Mapping) else None
-    if isinstance(version, Scalar) and version.text != SCHEMA_VERSION:
+    version = root.items.get("schema_version") if isinstance(root, MappingNode) else None
+    if isinstance(version, ScalarNode) and version.text != SCHEMA_VERSION:
         reader.lines["schema_version"] = version.line
         raise reader.error(f"got {version.text[:40]!r}; allowed: {SCHEMA_VERSION}", "schema_version")
 

@@ -11,18 +11,16 @@ import difflib
 import re
 import types
 import typing
-from collections.abc import Iterable
-from collections.abc import Mapping as MappingABC
-from types import MappingProxyType
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal, TypeVar, Union
 
 from missions import scalars
 from missions.errors import MissionError
-from missions.yamltree import Mapping, Node, Scalar, Sequence
+from missions.mappings import FrozenMapping
+from missions.yamltree import MappingNode, Node, ScalarNode, SequenceNode
 
 Record = TypeVar("Record")
 DISCRIMINATORS = ("type", "policy")
-_NO_METADATA: MappingABC[str, Any] = MappingProxyType({})
 
 
 # ------------------------------------------------------------------------------------- looking at records
@@ -98,8 +96,10 @@ class RecordReader:
             self.lines[_join(where, key)] = line
         for key in mapping.items:
             if key not in fields:
-                known = ", ".join(fields)
-                raise self.error(f"unknown key{did_you_mean(key, fields)}; known keys: {known}", _join(where, key))
+                tag = discriminator(record)
+                kind = f" of {tag[0]} {tag[1]}" if tag else ""
+                reason = f"unknown key{did_you_mean(key, fields)}; known keys{kind}: {', '.join(fields)}"
+                raise self.error(reason, _join(where, key))
         for name, item in fields.items():
             if is_required(item) and name not in mapping.items:
                 raise self.error(f"missing key {name!r}: {describe_field(item)}", where)
@@ -110,26 +110,30 @@ class RecordReader:
         }
         return record(**values)
 
-    def _mapping(self, node: Node, where: str) -> Mapping:
+    def _mapping(self, node: Node, where: str) -> MappingNode:
         self.lines.setdefault(where, node.line)
-        if isinstance(node, Mapping):
+        if isinstance(node, MappingNode):
             return node
         raise self.error(f"got {_kind(node)}; allowed: a mapping of 'key: value' lines", where)
 
-    def _value(self, node: Node, hint: Any, where: str, meta: MappingABC[str, Any]) -> Any:  # noqa: ANN401
+    def _value(self, node: Node, hint: Any, where: str, meta: Mapping[str, Any]) -> Any:  # noqa: ANN401
         self.lines.setdefault(where, node.line)
         choices = alternatives(hint)
-        if isinstance(node, Scalar) and scalars.is_null(node) and types.NoneType in choices:
+        if isinstance(node, ScalarNode) and scalars.is_null(node) and types.NoneType in choices:
             return None
         choices = tuple(choice for choice in choices if choice is not types.NoneType)
         if all(dataclasses.is_dataclass(choice) for choice in choices):
             return self._one_of(node, choices, where)
-        depth = _depth(node)
-        hint = next((choice for choice in choices if nesting(choice) == depth), choices[0])
+        if len(choices) > 1:
+            fitting = [choice for choice in choices if nesting(choice) == _depth(node)]
+            if not fitting:
+                raise self.error(f"got {_kind(node)}; allowed: {meta['doc']}{_unit(meta)}", where)
+            choices = (fitting[0],)
+        hint = choices[0]
         origin = typing.get_origin(hint)
         if origin is tuple:
             return self._list(node, typing.get_args(hint)[0], where, meta)
-        if origin is MappingABC:
+        if origin is Mapping:
             return self._table(node, typing.get_args(hint)[1], where, meta)
         return self._scalar(node, hint, where, meta)
 
@@ -145,13 +149,13 @@ class RecordReader:
             raise self.error(f"missing key {key!r}; allowed: {allowed}", where)
         value = mapping.items[key]
         self.lines[_join(where, key)] = mapping.lines[key]
-        if isinstance(value, Scalar) and value.text in kinds:
+        if isinstance(value, ScalarNode) and value.text in kinds:
             return self.read_record(node, kinds[value.text], where)
-        hint = did_you_mean(value.text, kinds) if isinstance(value, Scalar) else ""
+        hint = did_you_mean(value.text, kinds) if isinstance(value, ScalarNode) else ""
         raise self.error(f"got {_kind(value)}; allowed: {allowed}{hint}", _join(where, key))
 
-    def _list(self, node: Node, item: Any, where: str, meta: MappingABC[str, Any]) -> tuple[Any, ...]:  # noqa: ANN401
-        if not isinstance(node, Sequence):
+    def _list(self, node: Node, item: Any, where: str, meta: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ANN401
+        if not isinstance(node, SequenceNode):
             raise self.error(f"got {_kind(node)}; allowed: a list{_unit(meta)}", where)
         least, most = meta.get("items") or (0, len(node.items))
         if not least <= len(node.items) <= most:
@@ -164,17 +168,17 @@ class RecordReader:
         node: Node,
         item: Any,  # noqa: ANN401 - type hints have no common type
         where: str,
-        meta: MappingABC[str, Any],
-    ) -> MappingABC[str, Any]:
+        meta: Mapping[str, Any],
+    ) -> Mapping[str, Any]:
         mapping = self._mapping(node, where)
         for key, line in mapping.lines.items():
             self.lines[_join(where, key)] = line
-        return MappingProxyType(
+        return FrozenMapping(
             {key: self._value(child, item, _join(where, key), meta) for key, child in mapping.items.items()}
         )
 
-    def _scalar(self, node: Node, hint: Any, where: str, meta: MappingABC[str, Any]) -> Any:  # noqa: ANN401
-        if not isinstance(node, Scalar):
+    def _scalar(self, node: Node, hint: Any, where: str, meta: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        if not isinstance(node, ScalarNode):
             raise self.error(f"got {_kind(node)}; allowed: {_expected(hint)}{_unit(meta)}", where)
         if typing.get_origin(hint) is Literal:
             allowed = typing.get_args(hint)
@@ -204,20 +208,20 @@ _EXPECTED = {float: "a number", int: "a whole number", bool: "true or false", st
 
 def describe_field(item: dataclasses.Field[Any]) -> str:
     """Meaning, unit and bounds of a field in one line."""
-    meta = item.metadata or _NO_METADATA
+    meta = item.metadata
     parts = [meta.get("doc") or f"which kind; {item.default}"]
     parts += [f"[{meta['unit']}]"] if meta.get("unit") else []
     parts += [f"({bounds(meta)})"] if bounds(meta) else []
     return " ".join(parts)
 
 
-def bounds(meta: MappingABC[str, Any]) -> str:
+def bounds(meta: Mapping[str, Any]) -> str:
     """The allowed range in words, e.g. ``above 0, at most 10``; empty if there is none."""
     words = (("above", "above"), ("at_least", "at least"), ("below", "below"), ("at_most", "at most"))
     return ", ".join(f"{word} {meta[key]:g}" for key, word in words if meta.get(key) is not None)
 
 
-def _within(value: float, meta: MappingABC[str, Any]) -> bool:
+def _within(value: float, meta: Mapping[str, Any]) -> bool:
     above, at_least, below, at_most = (meta.get(key) for key in ("above", "at_least", "below", "at_most"))
     return (
         (above is None or value > above)
@@ -233,7 +237,7 @@ def _join(where: str, key: str) -> str:
     return f"{where}.{key}" if where else key
 
 
-def _unit(meta: MappingABC[str, Any]) -> str:
+def _unit(meta: Mapping[str, Any]) -> str:
     return f" [{meta['unit']}]" if meta.get("unit") else ""
 
 
@@ -242,17 +246,17 @@ def _expected(hint: Any) -> str:  # noqa: ANN401 - type hints have no common typ
 
 
 def _kind(node: Node) -> str:
-    if isinstance(node, Scalar):
+    if isinstance(node, ScalarNode):
         return scalars.describe(node)
-    return "a list" if isinstance(node, Sequence) else "a mapping"
+    return "a list" if isinstance(node, SequenceNode) else "a mapping"
 
 
 def _depth(node: Node) -> int:
-    """How many lists deep the node is, judged by first items."""
+    """How many lists deep the node is, judged by first items; a mapping is as deep as nothing else."""
     depth = 0
-    while isinstance(node, Sequence):
+    while isinstance(node, SequenceNode):
         depth += 1
         if not node.items:
             break
         node = node.items[0]
-    return depth
+    return -1 if isinstance(node, MappingNode) else depth

@@ -10,7 +10,7 @@ import math
 import re
 import unicodedata
 
-from missions.yamltree import Scalar
+from missions.yamltree import ScalarNode
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _FLOAT = re.compile(r"[-+]?((0|[1-9][0-9]*)(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
@@ -33,12 +33,12 @@ class ScalarError(ValueError):
     """A scalar is not what is needed; str() says what was found and what is allowed."""
 
 
-def is_null(node: Scalar) -> bool:
+def is_null(node: ScalarNode) -> bool:
     """Whether the scalar stands for 'nothing'."""
     return node.plain and node.text in _NULL
 
 
-def describe(node: Scalar) -> str:
+def describe(node: ScalarNode) -> str:
     """What the scalar looks like, for messages."""
     text = node.text if len(node.text) <= _MAX_NUMBER_LENGTH else node.text[: _MAX_NUMBER_LENGTH - 3] + "..."
     if not node.plain:
@@ -52,7 +52,7 @@ def describe(node: Scalar) -> str:
     return repr(text)
 
 
-def to_float(node: Scalar) -> float:
+def to_float(node: ScalarNode) -> float:
     """A finite number; ``1e-3`` is one, ``0012``, ``1:30``, ``1_000``, ``.inf`` and quoted text are not."""
     if not node.plain or len(node.text) > _MAX_NUMBER_LENGTH or not _FLOAT.fullmatch(node.text):
         raise ScalarError(f"got {describe(node)}; allowed: a number{_number_hint(node)}")
@@ -62,21 +62,21 @@ def to_float(node: Scalar) -> float:
     return value
 
 
-def to_int(node: Scalar) -> int:
+def to_int(node: ScalarNode) -> int:
     """A whole number in decimal digits."""
     if not node.plain or len(node.text) > _MAX_NUMBER_LENGTH or not _INTEGER.fullmatch(node.text):
         raise ScalarError(f"got {describe(node)}; allowed: a whole number{_number_hint(node)}")
     return int(node.text)
 
 
-def to_bool(node: Scalar) -> bool:
+def to_bool(node: ScalarNode) -> bool:
     """``true`` or ``false``; not ``on``, ``yes`` or 1."""
     if node.plain and node.text in _TRUE | _FALSE:
         return node.text in _TRUE
     raise ScalarError(f"got {describe(node)}; allowed: true or false")
 
 
-def to_text(node: Scalar) -> str:
+def to_text(node: ScalarNode) -> str:
     """Text; plain scalars that some YAML reader takes for a number, date, boolean or null have to be quoted."""
     text = node.text
     if node.plain and _ambiguous(text):
@@ -97,7 +97,7 @@ def _ambiguous(text: str) -> bool:
     )
 
 
-def _number_hint(node: Scalar) -> str:
+def _number_hint(node: ScalarNode) -> str:
     if not node.plain:
         return " without quotes" if _FLOAT.fullmatch(node.text) else ""
     if re.fullmatch(r"[-+]?0[0-9_]+.*", node.text):

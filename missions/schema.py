@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from missions.arrays import Array
+from missions.mappings import FrozenMapping
 
 Vector = tuple[float, ...]
 
@@ -47,8 +48,6 @@ def field(
         "items": items,
         "pattern": pattern,
     }
-    if isinstance(default, Mapping):  # dataclasses refuse unhashable defaults, although this one is read-only
-        return dataclasses.field(default_factory=lambda: default, metadata=MappingProxyType(meta))
     return dataclasses.field(default=default, metadata=MappingProxyType(meta))
 
 
@@ -227,7 +226,7 @@ class Flight:
     )
     tracking_limit: float = field("tracking error at which all land", unit="m", above=0.0, at_most=5.0, default=0.3)
     parameters: Mapping[str, float] = field(
-        "further on-board parameters to set, 'group.name: value'", default=MappingProxyType({})
+        "further on-board parameters to set, 'group.name: value'", default=FrozenMapping()
     )
 
 

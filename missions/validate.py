@@ -101,7 +101,8 @@ def _check_gaussian(mission: Mission, gaussian: Gaussian, where: str, error: Err
         raise error(f"got {len(gaussian.mean)} numbers; allowed: {nu}, as the workspace has", f"{where}.mean")
     matrix = _covariance(gaussian, nu)
     if matrix is None:
-        raise error(f"allowed: a number, {nu} numbers, or a {nu} × {nu} matrix [m²]", f"{where}.covariance")
+        allowed = f"a number, {nu} numbers, or a {nu} × {nu} matrix [m²]"
+        raise error(f"got {str(gaussian.covariance)[:60]}; allowed: {allowed}", f"{where}.covariance")
     if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
         raise error("got a matrix that is not symmetric; allowed: a symmetric one [m²]", f"{where}.covariance")
     least = float(np.linalg.eigvalsh(matrix)[0])

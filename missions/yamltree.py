@@ -25,7 +25,7 @@ _Loader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
 @dataclass(frozen=True)
-class Scalar:
+class ScalarNode:
     """A leaf: its text, and whether it was written without quotes."""
 
     text: str
@@ -34,7 +34,7 @@ class Scalar:
 
 
 @dataclass(frozen=True)
-class Sequence:
+class SequenceNode:
     """A list."""
 
     items: tuple[Node, ...]
@@ -42,7 +42,7 @@ class Sequence:
 
 
 @dataclass(frozen=True)
-class Mapping:
+class MappingNode:
     """A mapping; ``lines`` holds the line of every key."""
 
     items: dict[str, Node]
@@ -50,7 +50,7 @@ class Mapping:
     line: int
 
 
-Node = Scalar | Sequence | Mapping
+Node = ScalarNode | SequenceNode | MappingNode
 
 
 def parse_yaml(text: str, *, file: str) -> Node:
@@ -105,25 +105,25 @@ class _TreeBuilder:
         self._check(event, depth)
         line = _line(event)
         if isinstance(event, yaml.ScalarEvent):
-            return Scalar(event.value, plain=not event.style, line=line)
+            return ScalarNode(event.value, plain=not event.style, line=line)
         if isinstance(event, yaml.SequenceStartEvent):
             items = []
             while not isinstance(event := self._next(), yaml.SequenceEndEvent):
                 items.append(self._node(event, depth + 1))
-            return Sequence(tuple(items), line)
+            return SequenceNode(tuple(items), line)
         return self._mapping(line, depth)
 
-    def _mapping(self, line: int, depth: int) -> Mapping:
+    def _mapping(self, line: int, depth: int) -> MappingNode:
         items: dict[str, Node] = {}
         lines: dict[str, int] = {}
         while not isinstance(event := self._next(), yaml.MappingEndEvent):
             key = self._node(event, depth + 1)
-            if not isinstance(key, Scalar):
+            if not isinstance(key, ScalarNode):
                 raise self._error("a list or mapping used as a key; allowed: plain names", event)
             if key.text in items:
                 raise self._error(f"key {key.text!r} given twice; first in line {lines[key.text]}", event)
             items[key.text], lines[key.text] = self._node(self._next(), depth + 1), key.line
-        return Mapping(items, lines, line)
+        return MappingNode(items, lines, line)
 
     def _check(self, event: yaml.Event, depth: int) -> None:
         self._nodes += 1

@@ -1,5 +1,6 @@
 """The missions that ship: they load, say what the publication says, and can be read again from a plan file."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,17 @@ def test_an_embedded_mission_is_read_again_without_the_folder(name):
     assert again.source.sha256 == mission.source.sha256
     density = getattr(mission.information, "density", None)
     assert np.array_equal(density, getattr(again.information, "density", None))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_missions_travel_between_processes_and_serve_as_keys(name):
+    mission = load_mission(FOLDER / name)
+    copy = pickle.loads(pickle.dumps(mission))
+    assert copy == mission
+    assert hash(copy) == hash(mission)
+    assert copy.source.sha256 == mission.source.sha256
+    with pytest.raises(TypeError):
+        mission.flight.parameters["pid_rate.roll_kp"] = 1.0
 
 
 def test_imec_is_the_published_experiment():

@@ -7,13 +7,13 @@ import yaml
 import missions
 from missions import MissionError, load_mission, yamltree
 from missions.scalars import ScalarError, to_float, to_int, to_text
-from missions.yamltree import Scalar, parse_yaml
+from missions.yamltree import ScalarNode, parse_yaml
 
 FOLDER = Path(missions.__file__).parent
 
 
 def plain(text):
-    return Scalar(text, plain=True, line=1)
+    return ScalarNode(text, plain=True, line=1)
 
 
 @pytest.mark.parametrize("name", ["imec_four_drones.yaml", "one_drone.yaml", "photo_map.yaml"])
