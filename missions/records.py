@@ -161,7 +161,8 @@ class RecordReader:
         if not least <= len(node.items) <= most:
             allowed = f"{least}" if least == most else f"{least} to {most}"
             raise self.error(f"got {len(node.items)} items; allowed: {allowed}{_unit(meta)}", where)
-        return tuple(self._value(child, item, f"{where}[{i}]", meta) for i, child in enumerate(node.items))
+        inner = {**meta, "items": None}  # the length is that of the outer list
+        return tuple(self._value(child, item, f"{where}[{i}]", inner) for i, child in enumerate(node.items))
 
     def _table(
         self,
