@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from missions.arrays import Array
 from missions.schema import SolverSettings
 from planner.constraints.base import Constraint
 from planner.dynamics import Motion
@@ -52,7 +51,10 @@ def solve(
     schedule = schedule or al.Schedule()
     if initial is not None:
         schedule = replace(schedule, penalty=WARM_PENALTY)
-    return run.finish(run.search(run.first_guess(initial), schedule), schedule)
+        guess, memory = run.warm(initial, schedule)
+    else:
+        guess, memory = run.race(schedule)
+    return run.finish(run.search(guess, memory, schedule), schedule)
 
 
 @dataclass
@@ -81,14 +83,24 @@ class _Run:
         modes = control_modes(problem.steps, problem.dt, Weights())
         self.lagrangian = Lagrangian(problem, modes, (*problem.constraints, *problem.preferences))
 
-    def first_guess(self, initial: Plan | None) -> Array:
-        """Variables of the plan given, or random ones."""
+    def warm(self, initial: Plan, schedule: al.Schedule) -> tuple[al.State, Memory]:
+        """State of a plan given."""
+        z = self.lagrangian.modes.variables(initial.u).ravel()
+        return al.init(self.lagrangian, z, schedule), Memory(schedule.memory)
+
+    def race(self, schedule: al.Schedule) -> tuple[al.State, Memory]:
+        """The best of a few random starts after a few rounds each."""
         modes, (_, robots, nu) = self.lagrangian.modes, self.problem.dynamics.controls_shape
-        if initial is not None:
-            return modes.variables(initial.u).ravel()
         rng = np.random.default_rng(self.settings.seed)
-        z: Array = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
-        return z
+        heats = []
+        for start in range(schedule.starts):
+            z = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
+            state, memory = al.init(self.lagrangian, z, schedule), Memory(schedule.memory)
+            while self.keep_going() and state.round < schedule.heat:
+                state = al.step(self.lagrangian, state, schedule, memory, self.keep_going)
+                self.record(state, f"start {start + 1} of {schedule.starts}")
+            heats.append((state, memory))
+        return min(heats, key=lambda heat: heat[0].E)
 
     def keep_going(self) -> bool:
         """Whether there is time left and nobody interrupted."""
@@ -101,15 +113,14 @@ class _Run:
         """Whether the time limit (wall time: it is a person who waits) has passed."""
         return time.monotonic() - self.wall_start > self.settings.time_limit
 
-    def search(self, z: Array, schedule: al.Schedule) -> al.State:
+    def search(self, state: al.State, memory: Memory, schedule: al.Schedule) -> al.State:
         """Rounds until done, interrupted or out of time."""
-        state, memory = al.init(self.lagrangian, z, schedule), Memory(schedule.memory)
         while self.keep_going() and not al.terminate(state, schedule):
             state = al.step(self.lagrangian, state, schedule, memory, self.keep_going)
-            self.record(state)
+            self.record(state, f"round {state.round}")
         return state
 
-    def record(self, state: al.State) -> None:
+    def record(self, state: al.State, phase: str) -> None:
         """Keep the best, tell the world."""
         key = (
             max(state.violation, al.METRE_TOLERANCE),
@@ -123,7 +134,7 @@ class _Run:
             violation_m=max(state.violation, 0.0),
             seconds=time.process_time() - self.cpu_start,
             evaluations=self.lagrangian.evaluations,
-            phase=f"round {state.round}",
+            phase=phase,
         )
         self.history.append(entry)
         if self.progress is not None:
