@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from deploy.radio.simulated.interface import Firmware, Orders, SetpointMode, Telemetry, Vec3
 
 TICK = 0.01
+SPIN_UP = 3  # ticks from the first setpoint to motors above idle
 
 
 @dataclass
@@ -21,10 +22,11 @@ class IdealBody:
     running: bool = False
     tumbled: bool = False
     voltage: float = 4.0
-    orders: Orders = Orders()
+    orders: Orders = field(default_factory=Orders)
+    ticks_running: int = 0
 
     def telemetry(self) -> Telemetry:
-        level = 36000 if self.running else 0
+        level = 36000 if self.ticks_running > SPIN_UP else 0
         return Telemetry(
             position=self.position,
             velocity=self.velocity,
@@ -38,6 +40,7 @@ class IdealBody:
         self.orders = orders
         setpoint = orders.setpoint
         self.running = orders.motors_allowed and setpoint.mode is not SetpointMode.OFF
+        self.ticks_running = self.ticks_running + 1 if self.running else 0
         x, y, z = self.position
         if not self.running:
             self.position, self.velocity = (x, y, max(0.0, z - 0.05)), (0.0, 0.0, 0.0)
@@ -56,10 +59,14 @@ class IdealWorld:
 
     def attach(self, firmwares: Sequence[Firmware]) -> None:
         self._firmwares = firmwares
+        self._tick()
 
     def advance(self, t: float) -> None:
         while (self._ticks + 1) * TICK <= t + 1e-9:
             self._ticks += 1
             self.t = self._ticks * TICK
-            for body, firmware in zip(self.bodies, self._firmwares, strict=True):
-                body.follow(firmware.tick(self.t, body.telemetry()))
+            self._tick()
+
+    def _tick(self) -> None:
+        for body, firmware in zip(self.bodies, self._firmwares, strict=True):
+            body.follow(firmware.tick(self.t, body.telemetry()))

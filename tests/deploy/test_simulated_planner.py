@@ -89,7 +89,15 @@ class Replay:
 
     def spiral(self, t, a):
         return self.planner.spiral(
-            t, self.origin(t, a), a["angle"], a["r0"], a["rf"], a["ascent"], a["duration"], a["sideways"], a["clockwise"]
+            t,
+            self.origin(t, a),
+            a["angle"],
+            a["r0"],
+            a["rf"],
+            a["ascent"],
+            a["duration"],
+            a["sideways"],
+            a["clockwise"],
         )
 
     def start_trajectory(self, t, a):

@@ -14,7 +14,7 @@ from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
 from deploy.radio.simulated.driver import SCHEME, SimulatedDriver, Traffic, register, serve, withdraw
 from deploy.radio.simulated.interface import Firmware
 
-_SILENCE = 1.0  # [s] of a rebooting drone's silence until the radio would give up on it
+_SILENCE = 0.5  # [s] of a rebooting drone's silence until the radio would give up on it
 
 
 class World(Protocol):

@@ -38,7 +38,7 @@ class HighLevelCommander:
         self._descriptors: dict[int, Fields] = {}
         # The last goal, or the estimate while there is none: where the next plan starts.
         self._position, self._velocity, self._yaw = ZERO, ZERO, 0.0
-        self._blocked = False
+        self._blocked = True  # until the supervisor speaks: before the first tick the drone does not know where it is
         self._commands: Mapping[int, tuple[struct.Struct, bool, Callable[[Fields], int]]] = {
             # command: (layout after the command byte, needs permission to fly, action)
             0x00: (struct.Struct("<B"), False, self._set_group_mask),
