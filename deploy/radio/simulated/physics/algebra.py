@@ -59,7 +59,8 @@ def multiply(a: Array, b: Array) -> Array:
 
 def conjugate(q: Array) -> Array:
     """Inverse rotations (N, 4)."""
-    return q * np.array([-1.0, -1.0, -1.0, 1.0])
+    out: Array = q * np.array([-1.0, -1.0, -1.0, 1.0])
+    return out
 
 
 def normalised(v: Array) -> Array:

@@ -3,7 +3,7 @@
 A filter's error obeys an equation of its own that does not need the strap-down integration: with true specific force f
 (world frame) and a true-to-estimated rotation D,
 
-    ė_p = e_v,    ė_v = (D − 1) f + accelerometer error,    Ḋ = [gyro error, world frame]× D
+    ė_p = e_v,    ė_v = D f_sensed − f,    Ḋ = [gyro error, world frame]× D
 
 which is exact (D may be any rotation: a wrong initial heading is one). So the world integrates truth at 500 Hz and this
 file only the error, at 100 Hz; the estimate is truth with the error on top. Measurements enter through the innovation
@@ -25,8 +25,10 @@ from deploy.radio.simulated.physics import algebra
 from deploy.radio.simulated.physics.algebra import Index
 from missions.arrays import Array, frozen
 
-# Per prediction of dt: position ½ a dt², velocity a dt, attitude ω dt; kalman.pNAcc_xy, pNAcc_z, mNGyro_*.
+# kalman.pNAcc_xy, pNAcc_z, mNGyro_*. Added every millisecond (estimator_kalman.c: "every loop, rather than every
+# prediction") as the squares of ½ a dt², a dt and ω dt, so the sum over a tick is smaller than one step of it would be.
 _ACCELERATION_NOISE = frozen([0.5, 0.5, 1.0])  # [m/s²]
+_LOOP = 0.001  # [s]
 _GYRO_NOISE = frozen([0.1, 0.1, 0.1])  # [rad/s]
 # kalman_core.c: stdDevInitialPosition_*, stdDevInitialVelocity, stdDevInitialAttitude_*.
 _INITIAL_DEVIATION = frozen([100.0, 100.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
@@ -60,16 +62,16 @@ class Estimators:
         self.matrix[index] = algebra.rotation_matrices(self.rotation_error[index][None])[0]
         self.covariance[index] = np.diag(_INITIAL_DEVIATION**2)
 
-    def predict(self, force: Array, gyro_error: Array, accelerometer_error: Array, dt: float) -> None:
+    def predict(self, force: Array, sensed: Array, gyro_error: Array, dt: float) -> None:
         """One prediction of dt.
 
         Args:
             force: (N, 3) true specific force, mean over dt, world frame [m/s²].
+            sensed: (N, 3) the same as the filter takes it from the accelerometers, turned by the true attitude.
             gyro_error: (N, 3) mean over dt, world frame [rad/s].
-            accelerometer_error: (N, 3) mean over dt, world frame [m/s²].
             dt: [s].
         """
-        felt = np.matmul(self.matrix, (force + accelerometer_error)[:, :, None])[:, :, 0]
+        felt = np.matmul(self.matrix, sensed[:, :, None])[:, :, 0]
         change = felt - force
         self.position_error += dt * self.velocity_error + (0.5 * dt * dt) * change
         self.velocity_error += dt * change
@@ -133,4 +135,6 @@ class Estimators:
 
 
 def _process_noise(dt: float) -> Array:
-    return np.concatenate([0.5 * dt * dt * _ACCELERATION_NOISE, dt * _ACCELERATION_NOISE, dt * _GYRO_NOISE]) ** 2
+    loop = _LOOP
+    one = np.concatenate([0.5 * loop * loop * _ACCELERATION_NOISE, loop * _ACCELERATION_NOISE, loop * _GYRO_NOISE]) ** 2
+    return one * (dt / loop)

@@ -200,8 +200,11 @@ class World:
         rotation = self.bodies.rotation
         self._force = (self.bodies.velocity - self._velocity_before) / TICK
         self._force[:, 2] += GRAVITY
-        errors = np.stack([self._gyro_error.mean(axis=0), self._accelerometer_error], axis=2)
-        world = np.matmul(rotation, errors)
+        sensed = np.matmul(self._force[:, None, :], rotation)[:, 0] + self._accelerometer_error
+        # In flight the firmware's filter takes only the thrust axis from the accelerometer (kalman_core.c, predictDt):
+        # it leaves out drag, believes in too much speed, and the drone lags: most of Mellinger's recorded delay.
+        sensed[self.autopilots.thrust > 0.0, :2] = 0.0
+        world = np.matmul(rotation, np.stack([sensed, self._gyro_error.mean(axis=0)], axis=2))
         self.estimators.predict(self._force, world[:, :, 0], world[:, :, 1], TICK)
 
     def _estimates(self) -> tuple[Array, Array, Array]:
