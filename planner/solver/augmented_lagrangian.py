@@ -7,12 +7,13 @@ harden round by round. A stiff start freezes the first tangle the robots are in,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from missions.arrays import Array
+from planner.constraints.base import Constraint
 from planner.dynamics import Motion
 from planner.solver.lagrangian import Lagrangian
 from planner.solver.lbfgs import Memory, Point, minimise
@@ -129,10 +130,14 @@ def settled(state: State, schedule: Schedule) -> bool:
 
 
 def misses(lagrangian: Lagrangian, motion: Motion) -> tuple[float, float]:
-    """Worst miss of required and of preferred constraints [m equivalent]; zero or negative if there is room."""
-    problem = lagrangian.problem
-    required, preferred = (
-        max((METRE_TOLERANCE * float(c.violation(motion).max()) / c.tolerance for c in group), default=-math.inf)
-        for group in (problem.constraints, problem.preferences)
+    """Worst miss of required constraints, and of preferred ones in force [m equivalent]; negative if there is room."""
+    required = lagrangian.problem.constraints
+    preferred = lagrangian.constraints[len(required) :]
+    return worst_miss(required, motion), worst_miss(preferred, motion)
+
+
+def worst_miss(constraints: Sequence[Constraint], motion: Motion) -> float:
+    """Largest violation in tolerances, as a length [m equivalent]."""
+    return max(
+        (METRE_TOLERANCE * float(c.violation(motion).max()) / c.tolerance for c in constraints), default=-math.inf
     )
-    return required, preferred

@@ -25,7 +25,7 @@ class Lagrangian:
     """Evaluates, and counts how often.
 
     Attributes:
-        problem: what is solved. modes: its variables. constraints: those in force.
+        problem: what is solved. modes: its variables. constraints: those in force, the problem's required ones first.
         evaluations: so far.
     """
 

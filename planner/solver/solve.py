@@ -54,7 +54,10 @@ def solve(
         guess, memory = run.warm(initial, schedule)
     else:
         guess, memory = run.race(schedule)
-    return run.finish(run.search(guess, memory, schedule), schedule)
+    last = run.search(guess, memory, schedule)
+    if problem.preferences and not run.feasible and run.keep_going():
+        last = run.search(*run.without_preferences(guess, schedule), schedule)
+    return run.finish(last, schedule)
 
 
 @dataclass
@@ -101,6 +104,16 @@ class _Run:
                 self.record(state, f"start {start + 1} of {schedule.starts}")
             heats.append((state, memory))
         return min(heats, key=lambda heat: heat[0].E)
+
+    def without_preferences(self, guess: al.State, schedule: al.Schedule) -> tuple[al.State, Memory]:
+        """Once more from ``guess``, asking only for what is required: preferences may be what stands in the way."""
+        self.lagrangian.constraints = self.problem.constraints
+        return al.init(self.lagrangian, guess.z, schedule), Memory(schedule.memory)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the best motion so far meets every limit."""
+        return self.best is not None and self.best.state.violation <= al.METRE_TOLERANCE
 
     def keep_going(self) -> bool:
         """Whether there is time left and nobody interrupted."""

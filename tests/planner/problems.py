@@ -53,13 +53,14 @@ def scaling(count: int, *, sub_periods: int = 1, stretched: bool = False) -> Mis
         Gaussian((x * scale[0], y * scale[1]), (0.03 * scale[0] ** 2, 0.03 * scale[1] ** 2), 0.25)
         for x, y in NOTEBOOK_MEANS
     )
-    pitch, y = (0.7 * scale[0], 0.3 * scale[1]) if stretched else (0.7, 0.3)
+    pitch = 2.1 / (count - 1) if stretched else 0.7  # stretched: the notebook's span shared by all, times the scale
+    starts = [((0.5 + pitch * i) * scale[0], 0.3 * scale[1]) for i in range(count)]
     return imec(
         name=f"scaling-{count}",
         workspace=Workspace((0.0, 0.0), (10.0, 10.0)),
         horizon=Horizon(100.0, 1.0),
         information=GaussianMixtureMap(gaussians),
-        robots=robots(*((0.5 * scale[0] + pitch * i, y) for i in range(count))),
+        robots=robots(*starts),
         limits=Limits(0.5, 10.0, 0.3),
         connectivity=ProbabilisticConnectivity(range=0.5, sub_periods=sub_periods, threshold=0.2),
         obstacles=(),
