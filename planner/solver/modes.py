@@ -2,7 +2,8 @@
 
 Controls are combinations of K cosine modes, φ_k(t) = cos(π k (t+½)/T), k = 1..K (DCT-II without its constant): every
 one of them sums to zero, so robots that start at rest end at rest, exactly; and K bounds the bandwidth, so that plans
-fit into the few polynomial pieces a drone has memory for.
+fit into the few polynomial pieces a drone has memory for. Two combinations are left out, so that acceleration and jerk
+are zero at both ends, where polynomials hand over to hovering.
 
 Within that space S Sᵀ = (Φᵀ (R I + J D'D + Γ' Q Γ) Φ)⁻¹, the inverse Hessian of a quadratic model: R u² + J u̇² plus
 deviation of position and velocity, with Γ the double integrator's control-to-state map. L-BFGS on u itself stalls; on
@@ -61,11 +62,16 @@ def control_modes(steps: int, dt: float, weights: Weights) -> ControlModes:
     """Modes for T = ``steps`` controls of ``dt`` [s]."""
     K = min(weights.modes, steps - 1)
     k = np.arange(1, K + 1)
+    at_ends = np.stack([np.ones(K), (-1.0) ** k])  # φ_k at t = 0 and t = T; slopes are zero there
+    _, _, Vh = np.linalg.svd(at_ends)
+    N = Vh[2:].T  # (K, K−2): combinations that vanish at both ends
     Phi = np.cos(np.pi / steps * np.outer(np.arange(steps) + 0.5, k))  # (T, K)
+    bandwidth = (k / k[-1]) ** 2
+    jerk = Phi * np.sqrt(bandwidth)
+    Phi, jerk = Phi @ N, jerk @ N
     V = np.cumsum(Phi, axis=0) * dt  # velocity after each step
     X = np.cumsum(V, axis=0) * dt  # position, to the order that a scaling needs
-    bandwidth = (k / k[-1]) ** 2
-    M = Phi.T @ Phi * (weights.R * (1.0 + weights.J * np.sqrt(np.outer(bandwidth, bandwidth))))
+    M = weights.R * (Phi.T @ Phi + weights.J * jerk.T @ jerk)
     M += weights.Qv * V.T @ V + weights.Qq * X.T @ X
     L = np.linalg.cholesky(M)
     return ControlModes(np.linalg.solve(L, Phi.T).T)  # S = Φ L⁻ᵀ
