@@ -208,7 +208,8 @@ class SimulatedCrazyflie:
     def _allowed_setpoint(self) -> Setpoint:
         """The commander's setpoint as the supervisor lets it pass."""
         wanted = self._commander.setpoint
-        if not self._supervisor.can_fly:
+        # Not-a-number in a setpoint makes a real drone's motor commands garbage; here its motors stop.
+        if not self._supervisor.can_fly or not wanted.is_finite():
             return Setpoint()
         if self._supervisor.state is not State.LEVEL_OUT or wanted.mode is SetpointMode.OFF:
             return wanted

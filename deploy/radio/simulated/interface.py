@@ -7,6 +7,7 @@ quaternions x, y, z, w (body to world).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Protocol
@@ -47,6 +48,11 @@ class Setpoint:
     omega: Vec3 = ZERO
     attitude: tuple[float, float] = (0.0, 0.0)
     thrust: float = 0.0
+
+    def is_finite(self) -> bool:
+        """Whether every number in it is one."""
+        vectors = (self.position, self.velocity, self.acceleration, self.jerk, self.omega, self.attitude)
+        return math.isfinite(sum(map(sum, vectors)) + self.yaw + self.thrust)
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,8 @@ class HighLevelCommander:
     @property
     def is_finished(self) -> bool:
         """Whether the latest trajectory has ended (supervisor.info bit 9)."""
-        return self.planner.is_finished(self._t)
+        with np.errstate(all="ignore"):
+            return self.planner.is_finished(self._t)
 
     @property
     def is_disabled(self) -> bool:
