@@ -199,7 +199,7 @@ def _connection_checks(mission: Mission, names: list[str], found: Indicators, ap
     pair, period = np.unravel_index(np.argmin(P), P.shape)
     where = f"{transitions.names_of(approaches.pairs[pair], names)}, sub-period {period + 1}"
     connection = _check(
-        "connection", P[pair, period], policy.threshold, "", ">=", where, tolerance=PROBABILITY_TOLERANCE
+        "connection probability", P[pair, period], policy.threshold, "", ">=", where, tolerance=PROBABILITY_TOLERANCE
     )
     pair, period = np.unravel_index(np.argmax(approaches.attained), approaches.attained.shape)
     where = f"{transitions.names_of(approaches.pairs[pair], names)}, sub-period {period + 1}"

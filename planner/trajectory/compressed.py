@@ -190,6 +190,8 @@ def _round_septic(points: Array, start: float, before: Array | None, ratio: floa
     acceleration = ratio**2 * (before[7] - 2 * before[6] + before[5])
     second = np.rint(start + velocity)
     third = np.rint(2 * second - start + acceleration)
-    if abs(second - points[1]) <= _SMOOTHING and abs(third - points[2]) <= _SMOOTHING:
-        curve[1], curve[2] = second, third
+    if abs(second - points[1]) <= _SMOOTHING:
+        curve[1] = second
+        if abs(third - points[2]) <= _SMOOTHING:
+            curve[2] = third
     return np.clip(curve, -_LARGEST, _LARGEST)

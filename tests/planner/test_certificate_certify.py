@@ -20,6 +20,7 @@ from missions.schema import (
     UniformMap,
     Workspace,
 )
+from planner.certificate import transitions
 from planner.certificate.certify import certify, verify
 from planner.certificate.errors import CertificateError
 from planner.trajectory.bezier import control_points as to_points
@@ -203,8 +204,8 @@ def test_pairs_that_do_not_connect_are_caught():
     certificate = certify(
         mission(connectivity=ProbabilisticConnectivity(range=0.1, sub_periods=2, threshold=0.2)), good()
     )
-    assert failed(certificate) == {"connection", "meeting"}
-    assert "a–b, sub-period" in check_named(certificate, "connection").where
+    assert failed(certificate) == {"connection probability", "meeting"}
+    assert "a–b, sub-period" in check_named(certificate, "connection probability").where
     assert not certificate.indicators.all_met
     assert failed(certify(mission(connectivity=NoConnectivity()), good())) == set()
 
@@ -229,6 +230,17 @@ def test_the_way_to_the_starts_is_checked(robots, expected):
     moved = tuple(dataclasses.replace(r, **robots.get(r.name, {})) for r in mission().robots)
     changed = mission(robots=moved, obstacles=(CircleObstacle((1.5, 1.5), 0.2),))
     assert failed(certify(changed, good())) == set(expected.split(", "))
+
+
+def test_synchronous_straight_moves_are_closest_where_they_are():
+    """Crossing at right angles: against dense samples, late on the way."""
+    begin, end = np.array([[-4.0, 0.0], [0.0, -4.0]]), np.array([[1.0, 0.0], [0.0, 3.5]])
+    distance, pair = transitions.smallest_distance(begin, end)
+    s = np.linspace(0, 1, 100_001)[:, None]
+    sampled = np.linalg.norm((1 - s) * (begin[1] - begin[0]) + s * (end[1] - end[0]), axis=1).min()
+    assert pair == (0, 1)
+    assert distance == pytest.approx(sampled, abs=1e-8)
+    assert distance < np.linalg.norm(end[1] - end[0]) / 2
 
 
 def test_landing_side_by_side_is_checked():
