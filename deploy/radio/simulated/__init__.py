@@ -26,6 +26,6 @@ Supervisor            modelled: states, 40 ms steps, arming, pre-flight, landing
 World                 see :mod:`deploy.radio.simulated.physics`
 ====================  ============================================================================================
 
-Time is the caller's: a drone lives on ticks and never asks the operating system. What is left to chance is the order in
-which a client's own threads send; answers to one drone keep their order.
+Time is the caller's: a drone lives on ticks and never asks the operating system. What is left to chance is what cflib's
+own threads do in wall time: the order in which they send, and the pings that link rates and latency count.
 """
