@@ -14,6 +14,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from deploy.preflight import PreflightCheck
+
 
 class DeployError(Exception):
     """Base of the deployment errors."""
@@ -40,7 +46,15 @@ class UploadError(DeployError):
 
 
 class PreflightError(DeployError):
-    """One or more pre-flight checks failed."""
+    """One or more pre-flight checks failed.
+
+    Attributes:
+        checks: every check that was made, passed or not.
+    """
+
+    def __init__(self, message: str, checks: Sequence[PreflightCheck] = ()) -> None:
+        super().__init__(message)
+        self.checks = tuple(checks)
 
 
 class FlightAborted(DeployError):

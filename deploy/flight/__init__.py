@@ -1,0 +1,12 @@
+"""What a flight is made of; ``deploy.execute`` puts it together.
+
+::
+
+    records.py      what the flight tells its observer and its caller
+    poses.py        motion capture to drones
+    journal.py      telemetry to the flight log
+    watch.py        what may not happen in flight
+    loop.py         the flight loop: one tick of everything, commands with answers
+    ground.py       connect, set up, settle the estimators, check, upload, arm
+    manoeuvres.py   take off, transfer, start together, land, abort
+"""

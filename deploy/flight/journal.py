@@ -1,0 +1,73 @@
+"""Telemetry to the flight log, and the list of everything that went wrong."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from deploy.flightlog.writer import FlightLog
+from deploy.phases import Phase
+from deploy.radio.drone import Drone
+from deploy.radio.telemetry import Estimate, Record, Status, Target
+
+Level = Literal["info", "warning", "fault"]
+
+
+class Journal:
+    """What the flight writes down.
+
+    Attributes:
+        faults, warnings: texts, in order. message: newest event.
+    """
+
+    def __init__(self, log: FlightLog) -> None:
+        self.log = log
+        self.faults: list[str] = []
+        self.warnings: list[str] = []
+        self.message = ""
+
+    def event(
+        self,
+        t: float,
+        phase: Phase,
+        name: str,
+        text: str,
+        *,
+        robot: str = "",
+        level: Level = "info",
+        value: float | None = None,
+    ) -> None:
+        """Something that happened at flight time t [s]."""
+        self.log.event(t, name, text, phase=phase.value, robot=robot, level=level, value=value)
+        self.message = f"{robot}: {text}" if robot else text
+        if level == "fault":
+            self.faults.append(self.message)
+        elif level == "warning":
+            self.warnings.append(self.message)
+
+    def telemetry(self, robot: str, record: Record) -> None:
+        """One telemetry record."""
+        if isinstance(record, Estimate):
+            self.log.estimate(robot, record.t, record.position, record.velocity, record.rpy, record.tick)
+        elif isinstance(record, Target):
+            self.log.setpoint(robot, record.t, record.position, record.velocity, record.yaw, record.tick)
+        elif isinstance(record, Status):
+            self.log.battery(robot, record.t, record.voltage, record.level, record.power_state)
+            self.log.supervisor(robot, record.t, record.supervisor.bits, record.supervisor.names)
+
+    def link(self, t: float, drone: Drone) -> None:
+        """The state of a drone's link."""
+        state = drone.link
+        self.log.link(
+            drone.name,
+            t,
+            latency_ms=_known(state.latency),
+            quality=_known(state.quality),
+            rssi=_known(state.rssi),
+            sent=state.sent,
+            received=state.received,
+        )
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value

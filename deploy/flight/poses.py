@@ -1,0 +1,95 @@
+"""Motion capture to drones: newest pose first, stale ones dropped."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from deploy.flightlog.writer import FlightLog
+from deploy.radio.fleet import Fleet
+from mocap.source import MocapFrame, MocapSource, Pose
+
+Vec3 = tuple[float, float, float]
+STALE = 0.1  # s; an older pose would pull the estimate back
+
+
+@dataclass(frozen=True)
+class Located:
+    """Where a robot was seen, and when (flight clock)."""
+
+    t: float
+    pose: Pose
+
+
+class Poses:
+    """The poses of all robots, and the pump that sends them on.
+
+    Args:
+        source: motion capture; None when the drones position themselves.
+        bodies: rigid body by robot. rate: poses sent to each drone [Hz].
+        fleet: who gets them. log: where they are recorded.
+    """
+
+    def __init__(
+        self, source: MocapSource | None, bodies: Mapping[str, str], rate: float, fleet: Fleet, log: FlightLog
+    ) -> None:
+        self._source, self._bodies, self._fleet, self._log = source, dict(bodies), fleet, log
+        self._period = 1.0 / rate
+        self._due = dict.fromkeys(bodies, -math.inf)
+        self._newest: dict[str, Located] = {}
+        self._frames: deque[float] = deque(maxlen=100)
+        self._last: MocapFrame | None = None
+
+    @property
+    def external(self) -> bool:
+        """Whether there is motion capture at all."""
+        return self._source is not None
+
+    def pump(self, now: float) -> None:
+        """Take what motion capture has and send each drone its newest pose when it is due.
+
+        Raises:
+            MocapError: motion capture is gone.
+        """
+        if self._source is None:
+            return
+        for frame in self._source.poll():
+            self._frames.append(frame.t)
+            self._last = frame
+            for robot, body in self._bodies.items():
+                if body in frame.bodies:
+                    self._newest[robot] = Located(frame.t, frame.bodies[body])
+        for robot, seen in self._newest.items():
+            # Half a tick of grace: a period that is no multiple of the tick must not lose every other pose.
+            if now - seen.t <= STALE and seen.t >= self._due[robot] - 0.005:
+                self._due[robot] = max(self._due[robot] + self._period, seen.t + 0.5 * self._period)
+                self._fleet[robot].send_pose(seen.pose.position, seen.pose.quaternion)
+                self._log.pose(robot, seen.t, seen.pose.position, seen.pose.quaternion)
+
+    def located(self, robot: str) -> Located | None:
+        """Where a robot is: seen by motion capture, or by its own estimate if there is none."""
+        if self._source is not None:
+            return self._newest.get(robot)
+        estimate = self._fleet[robot].estimate
+        return None if estimate is None else Located(estimate.t, Pose(estimate.position))
+
+    def record_health(self, now: float) -> None:
+        """Write the state of the motion capture to the log; about once a second."""
+        if self._source is None:
+            return
+        recent = [t for t in self._frames if t > now - 1.0]
+        bodies = self._last.bodies if self._last else {}
+        missing = [robot for robot, body in self._bodies.items() if body not in bodies]
+        age = now - self._last.t if self._last else None
+        record = {"rate": float(len(recent)), "age": age, "bodies": len(bodies), "missing": missing}
+        self._log.write("/mocap", now, record)
+
+
+def heading(pose: Pose) -> float:
+    """Yaw [rad] of a pose; 0 if its orientation is not known."""
+    if pose.quaternion is None:
+        return 0.0
+    x, y, z, w = pose.quaternion
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

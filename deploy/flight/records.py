@@ -1,0 +1,81 @@
+"""What a flight tells its observer while it lasts, and its caller when it is over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from deploy.phases import Phase
+from deploy.preflight import PreflightReport
+
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class RobotStatus:
+    """One robot, now.
+
+    Attributes:
+        position: where it is [m]; None if nobody knows.
+        error: distance to where it should be [m]; NaN outside the mission.
+        voltage: battery [V]. latency: of the link [ms]. NaN while unknown.
+        note: what is wrong with it; empty if nothing is.
+    """
+
+    name: str
+    position: Vec3 | None
+    error: float
+    voltage: float
+    latency: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class FlightStatus:
+    """The whole flight, now.
+
+    Attributes:
+        t: flight clock [s]. phase: where the flight is.
+        mission_time: time since the search began [s]; NaN before. duration: length of the search [s].
+        robots: in the mission's order. message: newest event.
+    """
+
+    t: float
+    phase: Phase
+    mission_time: float
+    duration: float
+    robots: tuple[RobotStatus, ...]
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class FlightOutcome:
+    """How a flight ended.
+
+    Attributes:
+        phase: LANDED, ABORTED or EMERGENCY.
+        reason: why it ended early; empty if it did not.
+        preflight: what was checked.
+        faults: every fault, in order. warnings: likewise.
+        landed: by robot, whether it was seen on the ground with its motors off.
+        start_skew: between the first and the last trajectory start [s]; NaN if there was none.
+        largest_error: largest distance to the certified trajectory [m], by robot.
+        duration: from connection to the end [s].
+    """
+
+    phase: Phase
+    reason: str
+    preflight: PreflightReport
+    faults: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    landed: Mapping[str, bool] = field(default_factory=lambda: MappingProxyType({}))
+    start_skew: float = math.nan
+    largest_error: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    duration: float = math.nan
+
+    @property
+    def completed(self) -> bool:
+        """Whether everybody flew the whole mission and landed, without a fault."""
+        return self.phase is Phase.LANDED and not self.faults and all(self.landed.values())

@@ -1,0 +1,266 @@
+"""Pre-flight checks: each with a name, what was found, what is allowed and what to do about it; no I/O.
+
+All drones are checked before anybody is told, and every failure is listed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from deploy.errors import PreflightError
+from deploy.radio.drone import LinkState
+from deploy.radio.supervisor import Supervisor
+from missions.schema import Mission
+from planner.certificate.certify import verify
+from planner.certificate.errors import CertificateError
+from planner.flightplan import FlightPlan
+
+Vec3 = tuple[float, float, float]
+Result = Literal["pass", "warning", "failure"]
+LATENCY_WARNING, LATENCY_LIMIT = 20.0, 250.0  # ms; Crazyswarm2 warns at 10 ms
+QUALITY_LIMIT = 80.0  # %
+PROTOCOL_LIMIT = 10  # go_to_2 and start_trajectory_2
+POSE_AGE_LIMIT = 0.2  # s
+AGREEMENT_LIMIT = 0.05  # m
+PAD_LIMIT = 0.15  # m
+TILT_LIMIT = math.radians(15.0)
+
+
+@dataclass(frozen=True)
+class PreflightCheck:
+    """One line of the pre-flight table.
+
+    Attributes:
+        name: what was checked. robot: on whom; empty for the whole flight.
+        result: a failure keeps everybody on the ground.
+        value: what was found. limit: what is allowed.
+        remedy: what to do if it did not pass.
+    """
+
+    name: str
+    robot: str
+    result: Result
+    value: str
+    limit: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        who = f"{self.robot}: " if self.robot else ""
+        return f"{who}{self.name}: {self.value} (allowed: {self.limit}); {self.remedy}"
+
+
+@dataclass(frozen=True)
+class PreflightReport:
+    """Every check that was made."""
+
+    checks: tuple[PreflightCheck, ...] = ()
+
+    @property
+    def failures(self) -> tuple[PreflightCheck, ...]:
+        """Those that keep the swarm on the ground."""
+        return tuple(check for check in self.checks if check.result == "failure")
+
+    def require(self) -> None:
+        """Raise PreflightError, which carries all checks, unless there is no failure."""
+        if self.failures:
+            listing = "; ".join(str(check) for check in self.failures)
+            raise PreflightError(f"{len(self.failures)} pre-flight checks failed: {listing}", self.checks)
+
+
+@dataclass(frozen=True)
+class DroneFacts:
+    """What is known of one drone on its pad.
+
+    Attributes:
+        protocol: CRTP protocol version. firmware: version text. memory: trajectory memory [bytes], 0 if none.
+        link: state of its link. supervisor: None if unknown. voltage: [V], NaN if unknown.
+        pose: where motion capture sees it [m], None without one. pose_age: [s].
+        estimate: where it believes to be [m]. tilt: from the vertical [rad], NaN if unknown.
+        parameters: on-board parameters that were set and read back.
+    """
+
+    robot: str
+    protocol: int
+    firmware: str
+    memory: int
+    link: LinkState
+    supervisor: Supervisor | None
+    voltage: float
+    pose: Vec3 | None
+    pose_age: float
+    estimate: Vec3 | None
+    tilt: float
+    parameters: Mapping[str, float]
+
+
+def check_plan(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
+    """The certificate passes and belongs to these very bytes and this mission."""
+    failed = [check for check in plan.certificate.checks if not check.passed]
+    text = ", ".join(f"{check.name} {check.where}".strip() for check in failed) or "passed"
+    passed = _judge(
+        "certificate", "", plan.certificate.passed and not failed, text, "every check passed", "plan the mission again"
+    )
+    try:
+        verify(plan.certificate, plan.trajectories, plan.mission)
+        found = "these bytes, this mission"
+    except CertificateError as error:
+        found = str(error)
+    bound = _judge(
+        "certificate is for",
+        "",
+        found.startswith("these"),
+        found,
+        "these bytes, this mission",
+        "do not edit plan files; plan again",
+    )
+    return passed, bound
+
+
+def check_log(failure: str) -> PreflightCheck:
+    """The flight log is being written."""
+    return _judge("flight log", "", not failure, failure or "open", "open", "free disk space, or log elsewhere")
+
+
+def check_fleet(plan: FlightPlan, drones: Sequence[DroneFacts], external: bool) -> tuple[PreflightCheck, ...]:
+    """All checks of all drones.
+
+    Args:
+        plan: what shall fly.
+        drones: what is known, in the mission's order.
+        external: whether motion capture positions the drones.
+    """
+    checks: list[PreflightCheck] = []
+    for drone in drones:
+        checks += _link_checks(drone)
+        checks += _machine_checks(plan, drone)
+        checks += _place_checks(plan.mission, drone, external)
+    versions = sorted({drone.firmware for drone in drones})
+    checks.append(
+        PreflightCheck(
+            "same firmware",
+            "",
+            "pass" if len(versions) == 1 else "warning",
+            ", ".join(versions),
+            "one version",
+            "flash all drones with the same release",
+        )
+    )
+    return tuple(checks)
+
+
+def pad_of(mission: Mission, robot: str) -> tuple[float, float]:
+    """(x, y) of a robot's pad [m]: under its start unless the mission says otherwise."""
+    record = next(item for item in mission.robots if item.name == robot)
+    place = record.pad or record.start
+    return float(place[0]), float(place[1])
+
+
+def _judge(name: str, robot: str, good: bool, value: str, limit: str, remedy: str) -> PreflightCheck:
+    return PreflightCheck(name, robot, "pass" if good else "failure", value, limit, "" if good else remedy)
+
+
+def _link_checks(drone: DroneFacts) -> list[PreflightCheck]:
+    robot, link = drone.robot, drone.link
+    checks = [_judge("link", robot, not link.lost, link.lost or "up", "up", "restart the drone, come closer")]
+    if not math.isnan(link.latency):
+        slow = link.latency > LATENCY_WARNING
+        result: Result = "failure" if link.latency > LATENCY_LIMIT else "warning" if slow else "pass"
+        remedy = "fewer drones a radio, another channel" if slow else ""
+        limit = f"<= {LATENCY_LIMIT:.0f} ms"
+        checks.append(PreflightCheck("link latency", robot, result, f"{link.latency:.0f} ms", limit, remedy))
+    if not math.isnan(link.quality):
+        good = link.quality >= QUALITY_LIMIT
+        value, limit = f"{link.quality:.0f} %", f">= {QUALITY_LIMIT:.0f} %"
+        checks.append(_judge("link quality", robot, good, value, limit, "another channel, come closer"))
+    checks.append(
+        _judge(
+            "protocol",
+            robot,
+            drone.protocol >= PROTOCOL_LIMIT,
+            f"version {drone.protocol}",
+            f">= {PROTOCOL_LIMIT}",
+            "update the firmware",
+        )
+    )
+    return checks
+
+
+def _machine_checks(plan: FlightPlan, drone: DroneFacts) -> list[PreflightCheck]:
+    robot, word, least = drone.robot, drone.supervisor, plan.mission.flight.battery_minimum
+    size = len(plan.trajectories[robot].data)
+    known = not math.isnan(drone.voltage)
+    usable = word is not None and not word.fault and (word.ready or word.bits & 1 == 1)
+    return [
+        _judge(
+            "battery",
+            robot,
+            known and drone.voltage >= least,
+            f"{drone.voltage:.2f} V" if known else "unknown",
+            f">= {least:.2f} V",
+            "charge or swap the battery",
+        ),
+        _judge(
+            "supervisor",
+            robot,
+            usable,
+            str(word) if word else "unknown",
+            "can be armed or able to fly; not tumbled, locked or crashed",
+            "put it upright; if locked, restart it",
+        ),
+        _judge(
+            "trajectory memory",
+            robot,
+            drone.memory >= size,
+            f"{drone.memory} bytes",
+            f">= {size} bytes",
+            "update the firmware",
+        ),
+        _judge(
+            "parameters",
+            robot,
+            True,
+            ", ".join(f"{name} = {value:g}" for name, value in drone.parameters.items()),
+            "read back as set",
+            "",
+        ),
+        _judge(
+            "level",
+            robot,
+            math.isnan(drone.tilt) or drone.tilt <= TILT_LIMIT,
+            f"{math.degrees(drone.tilt):.0f}°",
+            f"<= {math.degrees(TILT_LIMIT):.0f}°",
+            "put it on a level pad",
+        ),
+    ]
+
+
+def _place_checks(mission: Mission, drone: DroneFacts, external: bool) -> list[PreflightCheck]:
+    robot = drone.robot
+    checks = []
+    if external:
+        fresh = drone.pose is not None and drone.pose_age <= POSE_AGE_LIMIT
+        seen = f"{drone.pose_age:.2f} s old" if drone.pose is not None else "never seen"
+        remedy = "check the rigid body's name and markers"
+        checks.append(_judge("pose", robot, fresh, seen, f"<= {POSE_AGE_LIMIT} s old", remedy))
+    place = drone.pose if external else drone.estimate
+    if external and drone.pose is not None:
+        apart = math.dist(drone.pose, drone.estimate) if drone.estimate is not None else math.inf
+        remedy = "check the rigid body and its orientation; is this URI this body?"
+        value, limit = f"{apart * 100:.0f} cm" if apart < math.inf else "unknown", f"<= {AGREEMENT_LIMIT * 100:.0f} cm"
+        checks.append(_judge("estimate agrees with pose", robot, apart <= AGREEMENT_LIMIT, value, limit, remedy))
+    if place is not None:
+        checks.append(_pad_check(mission, robot, place))
+    return checks
+
+
+def _pad_check(mission: Mission, robot: str, place: Vec3) -> PreflightCheck:
+    away = math.dist(place[:2], pad_of(mission, robot))
+    owners = [other.name for other in mission.robots if math.dist(place[:2], pad_of(mission, other.name)) <= PAD_LIMIT]
+    remedy = f"put it at ({', '.join(f'{v:.2f}' for v in pad_of(mission, robot))}) m"
+    if owners and robot not in owners:
+        remedy = f"it stands on the pad of {owners[0]}: swap the drones, their bodies' names or their URIs"
+    limit = f"<= {PAD_LIMIT * 100:.0f} cm"
+    return _judge("on its pad", robot, away <= PAD_LIMIT, f"{away * 100:.0f} cm away", limit, remedy)
