@@ -5,7 +5,9 @@
     PlannerError              base: str() is one line for a person
     ├── UnreachableError      a constraint no motion can meet; names it and the bound that proves it
     ├── NoFeasiblePlan        the search ended without a plan that meets every limit; carries the outcome
-    └── CertificateFailed     what would fly misses the mission's limits; carries the certificate
+    ├── CertificateFailed     what would fly misses the mission's limits; carries the certificate
+    ├── TrajectoryError       polynomials or bytes that cannot be made or read (planner/trajectory/errors.py)
+    └── CertificateError      a certificate for other bytes or another mission (planner/certificate/errors.py)
 """
 
 from __future__ import annotations

@@ -30,8 +30,8 @@ class Schedule:
         iterations: of L-BFGS a round; few, since multipliers that move early save more than exact minima.
         rounds: at most. memory: of L-BFGS.
         settled: relative change of E over two rounds below which it counts as settled.
-        starts: random first guesses that race. heat: rounds after which only the one of lowest E goes on: by then
-            their order is nearly that of the plans they would end in, at a fifth of the work.
+        starts: random first guesses that race. heat: rounds after which the better half goes on: motions that differ
+            at the start end in different minima, and who leads early mostly wins, at a fraction of the work.
     """
 
     penalty: float = 0.1
@@ -41,8 +41,8 @@ class Schedule:
     rounds: int = 90
     memory: int = 20
     settled: float = 0.02
-    starts: int = 4
-    heat: int = 6
+    starts: int = 8
+    heat: int = 4
 
 
 @dataclass(frozen=True)
@@ -127,6 +127,12 @@ def settled(state: State, schedule: Schedule) -> bool:
     if len(state.recent) < 3:
         return False
     return abs(math.log(state.recent[-1] / state.recent[-3])) <= schedule.settled
+
+
+def merit(lagrangian: Lagrangian, state: State) -> float:
+    """Objective plus penalty at the state's own μ, without multipliers: comparable between states of one round."""
+    none = tuple(np.zeros_like(lam) for lam in state.multipliers)
+    return lagrangian(state.z, none, state.mu)[0]
 
 
 def misses(lagrangian: Lagrangian, motion: Motion) -> tuple[float, float]:

@@ -92,18 +92,25 @@ class _Run:
         return al.init(self.lagrangian, z, schedule), Memory(schedule.memory)
 
     def race(self, schedule: al.Schedule) -> tuple[al.State, Memory]:
-        """The best of a few random starts after a few rounds each."""
+        """The best of a few random starts: after every heat the better half goes on, until one is left."""
         modes, (_, robots, nu) = self.lagrangian.modes, self.problem.dynamics.controls_shape
         rng = np.random.default_rng(self.settings.seed)
-        heats = []
-        for start in range(schedule.starts):
-            z = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
-            state, memory = al.init(self.lagrangian, z, schedule), Memory(schedule.memory)
-            while self.keep_going() and state.round < schedule.heat:
-                state = al.step(self.lagrangian, state, schedule, memory, self.keep_going)
-                self.record(state, f"start {start + 1} of {schedule.starts}")
-            heats.append((state, memory))
-        return min(heats, key=lambda heat: heat[0].E)
+        guesses = START_SPREAD * rng.standard_normal((schedule.starts, modes.S.shape[1] * robots * nu))
+        runners = [(al.init(self.lagrangian, z, schedule), Memory(schedule.memory)) for z in guesses]
+        while len(runners) > 1 and self.keep_going():
+            runners = [self.heat(*runner, schedule, len(runners)) for runner in runners]
+            runners.sort(key=lambda runner: al.merit(self.lagrangian, runner[0]))
+            runners = runners[: len(runners) // 2]
+        return runners[0]
+
+    def heat(self, state: al.State, memory: Memory, schedule: al.Schedule, field: int) -> tuple[al.State, Memory]:
+        """A few rounds of one of ``field`` runners."""
+        for _ in range(schedule.heat):
+            if not self.keep_going():
+                break
+            state = al.step(self.lagrangian, state, schedule, memory, self.keep_going)
+            self.record(state, f"best of {field} starts")
+        return state, memory
 
     def without_preferences(self, guess: al.State, schedule: al.Schedule) -> tuple[al.State, Memory]:
         """Once more from ``guess``, asking only for what is required: preferences may be what stands in the way."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from planner.errors import PlannerError
 
-class TrajectoryError(ValueError):
+
+class TrajectoryError(PlannerError):
     """A trajectory cannot be encoded, decoded or read: str() is one line saying what, got and allowed."""

@@ -1,0 +1,78 @@
+"""``ergoflie dry-run``: the whole flight on simulated drones over the simulated radio."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from deploy.cli.types import Subparsers
+    from planner.flightplan import FlightPlan
+
+
+def add_parser(commands: Subparsers) -> None:
+    """Add this command."""
+    parser = commands.add_parser(
+        "dry-run", help="rehearse a mission or a plan on simulated drones; log, report, verdict"
+    )
+    parser.add_argument(
+        "source", metavar="MISSION-or-PLAN", type=Path, help="mission file (.yaml) or plan file (.mcap)"
+    )
+    parser.add_argument("-o", "--output", type=Path, help="folder for plan, log and report [default: out/<name>]")
+    parser.add_argument("--speed", type=_speed, default=None, help="times real time, or 'max' [default: max]")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the simulation [default: 0]")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plan if need be, rehearse, report."""
+    from deploy.cli.flying import watched
+    from deploy.cli.planning import print_plan
+    from deploy.cli.reporting import print_analysis, write_report
+    from deploy.flightlog.reader import read_log
+    from deploy.rehearsal import rehearse
+
+    flight_plan = _plan(args)
+    if flight_plan is None:
+        return 1
+    folder: Path = args.output or Path("out") / flight_plan.mission.name
+    folder.mkdir(parents=True, exist_ok=True)
+    if not args.json:
+        print_plan(flight_plan)
+    log_path = folder / "flight.mcap"
+    log_path.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
+    with watched(flight_plan.mission) as (operator, observer):
+        rehearse(flight_plan, log_path=log_path, seed=args.seed, speed=args.speed, operator=operator, observer=observer)
+    target = folder / "report.html"
+    analysis = write_report(read_log(log_path), target)
+    return print_analysis(analysis, target, as_json=args.json)
+
+
+def _plan(args: argparse.Namespace) -> FlightPlan | None:
+    from deploy.cli.planning import plan_mission
+    from deploy.planfile import read_plan, write_plan
+
+    source: Path = args.source
+    if source.suffix not in {".yaml", ".yml"}:
+        return read_plan(source)
+    flight_plan = plan_mission(source)
+    if flight_plan is not None:
+        folder: Path = args.output or Path("out") / flight_plan.mission.name
+        folder.mkdir(parents=True, exist_ok=True)
+        write_plan(folder / "plan.mcap", flight_plan)
+    return flight_plan
+
+
+def _speed(text: str) -> float | None:
+    """'max' or a positive number."""
+    if text == "max":
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"got '{text}'; allowed: a positive number, or 'max'")
+    return value

@@ -1,0 +1,41 @@
+"""``ergoflie plan``: mission file → certified plan file."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from deploy.cli.types import Subparsers
+    from planner.flightplan import FlightPlan
+
+
+def add_parser(commands: Subparsers) -> None:
+    """Add this command."""
+    parser = commands.add_parser("plan", help="solve a mission, fit polynomials, certify the bytes that will fly")
+    parser.add_argument("mission", type=Path, help="mission file (YAML)")
+    parser.add_argument("-o", "--output", type=Path, help="plan file to write [default: <mission>.plan.mcap]")
+    parser.add_argument("--seed", type=int, help="overrides the mission's solver.seed")
+    parser.add_argument("--json", action="store_true", help="print figures as JSON")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plan, write the plan file, print what it promises."""
+    from deploy.cli.console import out, print_json
+    from deploy.cli.planning import plan_mission, print_plan, summary
+    from deploy.planfile import write_plan
+
+    mission_path: Path = args.mission
+    target: Path = args.output or Path(f"{mission_path.stem}.plan.mcap")
+    flight_plan: FlightPlan | None = plan_mission(mission_path, seed=args.seed)
+    if flight_plan is None:
+        return 1
+    write_plan(target, flight_plan)
+    if args.json:
+        print_json({**summary(flight_plan), "plan": str(target)})
+    else:
+        print_plan(flight_plan)
+        out.print(f"plan: {target}")
+    return 0

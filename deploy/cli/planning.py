@@ -1,0 +1,171 @@
+"""Planning as the command line shows it: progress, the table of what is violated, the figures of a plan."""
+
+from __future__ import annotations
+
+import dataclasses
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from deploy.cli.console import err, number, out, table
+
+if TYPE_CHECKING:
+    from planner.certificate.record import Certificate
+    from planner.errors import NoFeasiblePlan
+    from planner.flightplan import FlightPlan
+    from planner.solver.result import Progress as SolverProgress
+
+
+def plan_mission(path: Path, *, seed: int | None = None, time_limit: float | None = None) -> FlightPlan | None:
+    """Load and plan a mission with a progress bar; print why if there is no plan.
+
+    Ctrl-C ends the search early with the best feasible plan so far.
+    """
+    from missions.loader import load_mission
+    from planner.errors import CertificateFailed, NoFeasiblePlan
+    from planner.pipeline import make_flight_plan
+
+    mission = load_mission(path)
+    overrides = {"seed": seed, "time_limit": time_limit}
+    settings = dataclasses.replace(mission.solver, **{k: v for k, v in overrides.items() if v is not None})
+    mission = dataclasses.replace(mission, solver=settings)
+    try:
+        with _progress_bar(mission.name, settings.time_limit) as report, _interruptible() as stop:
+            return make_flight_plan(mission, progress=report, should_stop=stop.is_set)
+    except NoFeasiblePlan as failure:
+        print_violations(failure)
+    except CertificateFailed as failure:
+        print_certificate(failure.certificate, only_failed=True)
+        err.print(f"ergoflie: {path}: {failure}")
+    return None
+
+
+def summary(flight_plan: FlightPlan) -> dict[str, object]:
+    """A plan's figures for machines."""
+    found = flight_plan.certificate.indicators
+    return {
+        "mission": flight_plan.mission.name,
+        "certified": flight_plan.certificate.passed,
+        "ergodicity_plan": flight_plan.plan.ergodicity,
+        "ergodicity_certified": found.ergodicity,
+        "probability_worst": found.probability_worst,
+        "probability_mean": found.probability_mean,
+        "connected_share": found.connected_share,
+        "all_met": found.all_met,
+        "smallest_separation_m": found.smallest_separation,
+        "smallest_clearance_m": found.smallest_clearance,
+        "bytes": {name: len(t.data) for name, t in flight_plan.trajectories.items()},
+        "pieces": {name: t.pieces for name, t in flight_plan.trajectories.items()},
+        "seconds": flight_plan.plan.seconds,
+        "evaluations": flight_plan.plan.evaluations,
+        "seed": flight_plan.plan.seed,
+    }
+
+
+def print_plan(flight_plan: FlightPlan) -> None:
+    """A plan's figures for people."""
+    mission, found = flight_plan.mission, flight_plan.certificate.indicators
+    rows = [
+        ("ergodicity E of the plan", number(flight_plan.plan.ergodicity)),
+        ("ergodicity E of the certified polynomials", number(found.ergodicity)),
+        (
+            "connection probability, worst / mean",
+            f"{number(found.probability_worst)} / {number(found.probability_mean)}",
+        ),
+        ("share of pair-time within range", number(found.connected_share)),
+        ("every pair met in every sub-period", "yes" if found.all_met else "no"),
+        ("smallest separation", f"{number(found.smallest_separation)} m"),
+        ("smallest obstacle clearance", f"{number(found.smallest_clearance)} m"),
+        ("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"),
+    ]
+    for name, encoded in flight_plan.trajectories.items():
+        rows.append(
+            (
+                f"bytes for {name}",
+                f"{len(encoded.data)} of 4096, {encoded.pieces} pieces, {encoded.encoding.name.lower()}",
+            )
+        )
+    table(f"{mission.name}: plan", ("figure", "value"), rows)
+
+
+def print_certificate(certificate: Certificate, *, only_failed: bool = False) -> None:
+    """The certificate, check by check."""
+    checks = [check for check in certificate.checks if not (only_failed and check.passed)]
+    rows = [
+        (
+            "[green]ok[/]" if check.passed else "[red]FAIL[/]",
+            check.name,
+            f"{number(check.value)} {check.relation} {number(check.limit)} {check.unit}".strip(),
+            check.where,
+            "" if check.time is None else f"{check.time:.2f} s",
+        )
+        for check in checks
+    ]
+    table("certificate", ("", "check", "value and limit", "where", "when"), rows)
+
+
+def print_violations(failure: NoFeasiblePlan) -> None:
+    """What an infeasible plan violates: what, where, by how much."""
+    rows = [
+        (v.name, v.where, f"{number(v.amount)} {v.unit}", "" if v.time is None else f"{v.time:.1f} s")
+        for v in failure.outcome.violations
+    ]
+    if rows:
+        table("not met", ("constraint", "where", "by", "when"), rows)
+    err.print(f"ergoflie: {failure}", markup=False)
+
+
+@contextmanager
+def _progress_bar(name: str, time_limit: float) -> Iterator[object]:
+    """A bar over the solver's time limit with E, the worst violation and the elapsed time."""
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("E {task.fields[E]}  worst {task.fields[worst]} m  {task.fields[phase]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=err, transient=not err.is_terminal) as bar:
+        task = bar.add_task(f"planning {name}", total=time_limit, E="–", worst="–", phase="")
+
+        def report(state: SolverProgress) -> None:
+            bar.update(
+                task,
+                completed=min(state.seconds, time_limit),
+                E=f"{state.E:.2e}",
+                worst=f"{state.violation_m:.4f}",
+                phase=state.phase,
+            )
+
+        yield report
+        bar.update(task, completed=time_limit)
+
+
+@contextmanager
+def _interruptible() -> Iterator[threading.Event]:
+    """Ctrl-C asks the solver to stop with what it has; a second one is an ordinary interrupt."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = signal.getsignal(signal.SIGINT)
+
+    def ask(signum: int, frame: object) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, before)
+
+    signal.signal(signal.SIGINT, ask)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def print_done(text: str) -> None:
+    """A closing line."""
+    out.print(text, markup=False, soft_wrap=True)

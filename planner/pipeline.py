@@ -1,0 +1,125 @@
+"""Stages 2 to 4 in one call: mission → plan → polynomials → bytes → certificate.
+
+The planner works with slightly tightened limits because what flies deviates a little from the plan. How much is
+enough depends on the mission, so the loop closes on the certificate: where the bytes miss a limit, the margin that
+guards it grows by what was missed and the solver goes on from the plan it has.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from missions.schema import Mission
+from planner.certificate.certify import certify
+from planner.certificate.record import Certificate, Check
+from planner.errors import CertificateFailed, NoFeasiblePlan, PlannerError
+from planner.feasibility import check_feasible
+from planner.flightplan import FlightPlan
+from planner.plan import Plan
+from planner.problem import Margins, build_problem
+from planner.solver.result import Progress
+from planner.solver.solve import solve
+from planner.trajectory.encode import encode
+from planner.trajectory.encoded import EncodedTrajectory
+from planner.trajectory.errors import TrajectoryError
+from planner.trajectory.fit import fit
+
+ROUNDS = 4  # how often margins may grow before we say that the plan cannot be certified
+STIFFER = 0.05  # share of the acceleration limit given up when polynomials cannot follow the plan within it
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One round: the plan, its bytes, what the certificate says of them."""
+
+    plan: Plan
+    trajectories: Mapping[str, EncodedTrajectory]
+    certificate: Certificate
+    margins: Margins
+
+
+def make_flight_plan(
+    mission: Mission,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> FlightPlan:
+    """Plan, fit, encode and certify.
+
+    Raises:
+        UnreachableError: the mission is provably impossible; names the binding constraint.
+        NoFeasiblePlan: the solver found no feasible plan; carries the outcome with every violation.
+        CertificateFailed: the bytes miss the mission's limits even with grown margins; carries the certificate.
+        TrajectoryError: the plan cannot be followed by polynomials that fit into the memory.
+    """
+    check_feasible(mission)
+    margins = Margins()
+    initial: Plan | None = None
+    for _ in range(ROUNDS):
+        outcome = solve(
+            build_problem(mission, margins),
+            mission.solver,
+            progress=progress,
+            initial=initial,
+            should_stop=should_stop,
+        )
+        if outcome.plan is None:
+            raise NoFeasiblePlan(outcome)
+        initial = outcome.plan
+        try:
+            attempt = _realise(mission, outcome.plan, margins)
+        except TrajectoryError as error:  # the plan bends more than the polynomials can follow within the limits
+            failure: PlannerError = error
+            margins = replace(margins, acceleration=margins.acceleration + STIFFER)
+            continue
+        if attempt.certificate.passed:
+            return FlightPlan(mission, attempt.plan, attempt.trajectories, attempt.certificate, versions())
+        failure = CertificateFailed(attempt.certificate)
+        margins = _grown(margins, attempt.certificate)
+    raise failure
+
+
+def versions() -> dict[str, str]:
+    """Versions of what made a plan, for its provenance."""
+    names = ("ergoflie", "numpy", "cflib")
+    found = {name: importlib.metadata.version(name) for name in names}
+    return {**found, "python": platform.python_version()}
+
+
+def _realise(mission: Mission, plan: Plan, margins: Margins) -> Attempt:
+    pieces = fit(plan, mission)
+    names = [robot.name for robot in mission.robots]
+    encoded = {name: encode(p, mission.trajectory) for name, p in zip(names, pieces, strict=True)}
+    return Attempt(plan, encoded, certify(mission, encoded), margins)
+
+
+# Which margin guards which check, and how a miss in the check's unit becomes margin: the check's value and limit to
+# what is added. A third is added on top, so that a miss does not take many rounds to close.
+_GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
+    "separation": ("separation", lambda check: check.limit - check.value),
+    "obstacles": ("obstacle", lambda check: check.limit - check.value),
+    "workspace": ("workspace", lambda check: check.limit - check.value),
+    "speed": ("speed", lambda check: check.value / check.limit - 1.0),
+    "acceleration": ("acceleration", lambda check: check.value / check.limit - 1.0),
+    "connection probability": ("probability", lambda check: check.limit / check.value - 1.0),
+    "meeting": ("range", lambda check: check.value - check.limit),
+}
+
+
+def _grown(margins: Margins, certificate: Certificate) -> Margins:
+    """Margins with what the certificate missed on top.
+
+    Raises:
+        CertificateFailed: a check failed that no margin guards.
+    """
+    for check in certificate.checks:
+        if check.passed:
+            continue
+        if check.name not in _GUARDS:
+            raise CertificateFailed(certificate)
+        name, missed = _GUARDS[check.name]
+        margins = replace(margins, **{name: getattr(margins, name) + 4.0 / 3.0 * missed(check)})
+    return margins
