@@ -6,11 +6,14 @@ and then carries the simulated world along. Nothing above this file may ask whic
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol
+
+_INSTANT = 1e-9  # [s] times closer than this are the same
 
 
 class Clock(Protocol):
@@ -69,17 +72,22 @@ class VirtualClock:
         speed: how much faster than wall time it may run at most; None for as fast as possible.
         epoch: Unix time of t = 0 [s]; fixed by default so that rehearsals repeat.
         patience: longest wall time [s] to wait for a hold or a world before time moves on regardless; generous,
-            it only keeps a rehearsal from hanging for ever.
+            it only keeps a rehearsal from hanging for ever. Every time it runs out is counted in :attr:`stalls`.
     """
 
     def __init__(
         self, tick: float = 0.01, speed: float | None = None, epoch: float = 0.0, patience: float = 30.0
     ) -> None:
+        if not tick > 0.0 or (speed is not None and not speed > 0.0):
+            raise ValueError(f"a virtual clock has a positive tick and a positive speed or None; got {tick}, {speed}")
         self._tick, self._speed, self._epoch, self._patience = tick, speed, epoch, patience
         self._now = 0.0
         self._worlds: list[tuple[Callable[[float], None], Callable[[float], bool]]] = []
         self._holds = 0
+        self._mine = threading.local()
         self._free = threading.Condition()
+        self._stalls = 0
+        self._due = time.monotonic()
 
     @property
     def epoch(self) -> float:
@@ -94,34 +102,68 @@ class VirtualClock:
         """Carry a world along: ``advance(t)`` moves it to t; ``settle(timeout)`` waits for its clients to digest."""
         self._worlds.append((advance, settle))
 
+    @property
+    def stalls(self) -> int:
+        """How often patience ran out: a rehearsal with stalls is not repeatable."""
+        return self._stalls
+
     def sleep_until(self, deadline: float) -> None:
-        """Advance to ``deadline`` tick by tick. Only the flight's own thread sleeps; workers hold instead."""
-        while self._now < deadline - 1e-9:
-            began = time.monotonic()
+        """Advance to ``deadline`` tick by tick. Only the flight's own thread sleeps; workers hold instead.
+
+        Raises:
+            RuntimeError: the calling thread holds the clock itself and would wait for itself.
+        """
+        if getattr(self._mine, "holds", 0):
+            raise RuntimeError("sleep_until within the same thread's hold: time cannot pass while it is held")
+        while self._now < deadline - _INSTANT:
+            free = self._settle()
             with self._free:
-                self._free.wait_for(lambda: self._holds == 0, timeout=self._patience)
-            for _, settle in self._worlds:
-                settle(self._patience)
-            step = min(self._tick, deadline - self._now)
-            # Ticks are counted, not summed: t stays a multiple of the tick to the last digit.
-            count = round((self._now + step) / self._tick)
-            target = count * self._tick
-            self._now = target if abs(target - (self._now + step)) < 1e-9 else self._now + step
-            for advance, _ in self._worlds:
-                advance(self._now)
-            if self._speed is not None:
-                spare = step / self._speed - (time.monotonic() - began)
-                if spare > 0:
-                    time.sleep(spare)
+                if free and self._holds:  # somebody took hold while the worlds settled
+                    continue
+                step = self._step_towards(deadline)
+            self._keep_pace(step)
+        self._now = max(self._now, deadline)  # a rounding error away at most: now() >= deadline holds to the last bit
 
     @contextmanager
     def hold(self) -> Iterator[None]:
         """Keep time still while a worker is busy in wall time."""
-        with self._free:
+        with self._free:  # a tick that is under way ends first: inside, time stands
             self._holds += 1
+        self._mine.holds = getattr(self._mine, "holds", 0) + 1
         try:
             yield
         finally:
+            self._mine.holds -= 1
             with self._free:
                 self._holds -= 1
                 self._free.notify_all()
+
+    def _settle(self) -> bool:
+        """Wait until nobody holds the clock and all clients have digested what they got; False: a hold is overrun."""
+        with self._free:
+            free = self._free.wait_for(lambda: self._holds == 0, timeout=self._patience)
+            if not free:
+                self._stalls += 1
+        for _, settle in self._worlds:
+            if not settle(self._patience):
+                self._stalls += 1
+        return free
+
+    def _step_towards(self, deadline: float) -> float:
+        """One step, to the next tick or the deadline, whichever is first; returns its length [s]."""
+        began = self._now
+        # Ticks are counted, not summed: a tick's time is a multiple of the tick to the last digit.
+        tick = (math.floor(began / self._tick + 1e-6) + 1) * self._tick
+        self._now = tick if tick <= deadline + _INSTANT else deadline
+        for advance, _ in self._worlds:
+            advance(self._now)
+        return self._now - began
+
+    def _keep_pace(self, step: float) -> None:
+        if self._speed is None:
+            return
+        # Against a schedule, so that late wake-ups do not add up; a schedule that was missed is not caught up with.
+        wall = time.monotonic()
+        self._due = max(self._due + step / self._speed, wall - self._tick / self._speed)
+        if self._due > wall:
+            time.sleep(self._due - wall)

@@ -1,0 +1,42 @@
+"""What every clock must do: plain functions that take a clock."""
+
+from __future__ import annotations
+
+from deploy.clock import Clock
+
+SHORT = 0.003  # [s]
+
+
+def never_goes_back(clock: Clock) -> None:
+    readings = []
+    for _ in range(5):
+        readings.append(clock.now())
+        clock.sleep_until(clock.now() + SHORT / 5)
+    assert readings == sorted(readings)
+    assert readings[0] >= 0.0
+
+
+def sleeps_until_the_deadline(clock: Clock) -> None:
+    deadline = clock.now() + SHORT
+    clock.sleep_until(deadline)
+    assert clock.now() >= deadline - 1e-9
+
+
+def a_deadline_in_the_past_returns_at_once(clock: Clock) -> None:
+    clock.sleep_until(clock.now() + SHORT)
+    before = clock.now()
+    clock.sleep_until(before - 1.0)
+    assert clock.now() - before < 1.0
+
+
+def can_be_held_and_held_again(clock: Clock) -> None:
+    with clock.hold(), clock.hold():
+        before = clock.now()
+    clock.sleep_until(before + SHORT)
+    assert clock.now() >= before + SHORT - 1e-9
+
+
+def epoch_is_a_constant(clock: Clock) -> None:
+    before = clock.epoch
+    clock.sleep_until(clock.now() + SHORT)
+    assert clock.epoch == before
