@@ -138,16 +138,9 @@ def check_fleet(plan: FlightPlan, drones: Sequence[DroneFacts], external: bool) 
         checks += _machine_checks(plan, drone)
         checks += _place_checks(plan.mission, drone, external)
     versions = sorted({drone.firmware for drone in drones})
-    checks.append(
-        PreflightCheck(
-            "same firmware",
-            "",
-            "pass" if len(versions) == 1 else "warning",
-            ", ".join(versions),
-            "one version",
-            "flash all drones with the same release",
-        )
-    )
+    same: Result = "pass" if len(versions) == 1 else "warning"
+    remedy = "" if same == "pass" else "flash all drones with the same release"
+    checks.append(PreflightCheck("same firmware", "", same, ", ".join(versions), "one version", remedy))
     return tuple(checks)
 
 

@@ -116,12 +116,14 @@ class Drone:
         Raises:
             CommandRefused: it flies, or does not say that it does not.
         """
-        if not self._connected:
-            return
-        if not (force or self._lost) and self.supervisor().flying:
+        if self._connected and not (force or self._lost) and self.supervisor().flying:
             raise CommandRefused(f"{self.name}: closing the link in flight would drop the drone")
+        was_open = self._connected or self._crazyflie.link is not None
         self._connected = False
-        self._crazyflie.close_link()
+        self._failure = self._failure or "closed"  # whoever still waits for the connection need not
+        self._ready.set()
+        if was_open:
+            self._crazyflie.close_link()
 
     @property
     def connected(self) -> bool:
@@ -147,13 +149,18 @@ class Drone:
 
     # ------------------------------------------------------------------------------------------------ ground work
 
-    def set_parameter(self, name: str, value: float) -> float:
+    def set_parameter(self, name: str, value: float, *, compare: bool = True) -> float:
         """Write an on-board parameter and read it back; blocks. Returns what the drone holds now.
+
+        Args:
+            name: ``group.name``.
+            value: what it shall hold.
+            compare: refuse if it holds something else; False for parameters the firmware changes itself.
 
         Raises:
             CommandRefused: unknown, read-only, does not fit, not held. LinkError: no answer.
         """
-        return parameters.write(self._requests, self._parameter(name), value)
+        return parameters.write(self._requests, self._parameter(name), value, compare=compare)
 
     def read_parameter(self, name: str) -> float:
         """Ask the drone for a parameter; blocks. Raises like :meth:`set_parameter`."""

@@ -68,8 +68,14 @@ def read(requests: Requests, parameter: Parameter) -> float:
     return parameter.decode(answer[3:])
 
 
-def write(requests: Requests, parameter: Parameter, value: float) -> float:
+def write(requests: Requests, parameter: Parameter, value: float, *, compare: bool = True) -> float:
     """Write, wait for the acknowledgement, read back; returns what the drone holds now, in the parameter's type.
+
+    Args:
+        requests: of the drone.
+        parameter: what to write.
+        value: what it shall hold.
+        compare: refuse if it holds something else; False for parameters the firmware changes itself.
 
     Raises:
         CommandRefused: read-only, does not fit, or the drone holds something else afterwards. LinkError: no answer.
@@ -79,6 +85,6 @@ def write(requests: Requests, parameter: Parameter, value: float) -> float:
     number, data = struct.pack("<H", parameter.identifier), parameter.encode(value)
     requests.ask(Request(PORT, 2, number + data, number, f"write parameter {parameter.name}"))
     held = read(requests, parameter)
-    if struct.pack(parameter.form, held) != data:
+    if compare and struct.pack(parameter.form, held) != data:
         raise CommandRefused(f"parameter {parameter.name}: wrote {value:g}, the drone holds {held:g}")
     return held

@@ -1,0 +1,155 @@
+"""Stage 6 of 7: fly a plan, from the first packet to the last; hardware and rehearsal alike.
+
+Nothing here knows whether drones, motion capture and clock are real. The sequence is the table in ``phases.py``;
+whatever goes wrong in the air, including a bug of ours, brings everybody down before anything else is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from deploy.clock import Clock
+from deploy.errors import DeployError
+from deploy.flight import ground, manoeuvres
+from deploy.flight.loop import EmergencyStop, Flight
+from deploy.flight.records import FlightOutcome, FlightStatus
+from deploy.flightlog.writer import FlightLog
+from deploy.operator import Nobody, Operator
+from deploy.phases import Phase
+from deploy.preflight import PreflightReport, check_plan
+from deploy.radio.drone import Drone
+from deploy.radio.fleet import Fleet, FleetError
+from mocap.source import MocapSource
+from planner.flightplan import FlightPlan
+
+
+def fly(
+    flight_plan: FlightPlan,
+    *,
+    uris: Mapping[str, str],
+    mocap: MocapSource | None,
+    clock: Clock,
+    log: FlightLog,
+    operator: Operator | None = None,
+    observer: Callable[[FlightStatus], None] | None = None,
+    toc_cache: Path | None = None,
+) -> FlightOutcome:
+    """Fly a certified plan.
+
+    Args:
+        flight_plan: what to fly. Its certificate has to pass and to be for these bytes.
+        uris: link URI by robot.
+        mocap: where the drones are seen; None if they position themselves. The caller closes it.
+        clock: of everything.
+        log: where everything is written. The caller closes it.
+        operator: who may end the flight; default: nobody.
+        observer: told ten times a second how it goes; must return quickly.
+        toc_cache: folder for the drones' tables of contents.
+
+    Returns:
+        How it ended, also after an abort or an emergency stop.
+
+    Raises:
+        PreflightError: checks failed; nobody has moved.
+        FleetError: drones could not be connected, set up or loaded; nobody has moved.
+        FlightAborted: it ended before take-off (a drone did not get ready, or the operator said so).
+    """
+    PreflightReport(check_plan(flight_plan)).require()
+    names = [robot.name for robot in flight_plan.mission.robots]
+    if missing := [name for name in names if not uris.get(name)]:
+        raise DeployError(f"no link URI for {', '.join(missing)}; give each robot a 'uri' in the mission")
+    fleet = Fleet([Drone(name, uris[name], clock, toc_cache) for name in names], clock)
+    flight = Flight(flight_plan, fleet, mocap, clock, log, operator or Nobody(), observer)
+    try:
+        return _fly(flight)
+    finally:
+        _close(flight)
+
+
+def _fly(flight: Flight) -> FlightOutcome:
+    began = flight.clock.now()
+    report, landed = PreflightReport(), dict.fromkeys(flight.fleet, True)
+    reason = ""
+    try:
+        report = _prepare(flight)
+        landed = _airborne(flight)
+    except EmergencyStop:
+        reason = "the operator stopped the motors"
+        landed = _emergency(flight)
+    except DeployError as error:
+        if not flight.phases.airborne:
+            flight.enter(Phase.CANCELLED)
+            flight.event("cancelled", str(error), level="fault")
+            raise
+        landed, reason = _bring_down(flight, str(error))
+    finally:
+        if flight.phases.airborne:  # something nobody foresaw is on its way up
+            _bring_down(flight, "a bug in the flight software")
+    return _outcome(flight, began, reason, report, landed)
+
+
+def _prepare(flight: Flight) -> PreflightReport:
+    """Everything before take-off; nobody moves."""
+    flight.event("phase", flight.phases.now.value)
+    parameters = ground.connect(flight)
+    ground.settle_estimators(flight)
+    report = ground.check(flight, parameters)
+    ground.upload_all(flight)
+    flight.note_ground()
+    ground.arm(flight)
+    return report
+
+
+def _airborne(flight: Flight) -> dict[str, bool]:
+    """Everything from take-off to landing; returns who is down."""
+    manoeuvres.take_off(flight)
+    manoeuvres.transfer(flight)
+    manoeuvres.settle(flight)
+    manoeuvres.start_together(flight)
+    manoeuvres.search(flight)
+    return manoeuvres.land(flight)
+
+
+def _bring_down(flight: Flight, reason: str) -> tuple[dict[str, bool], str]:
+    try:
+        return manoeuvres.abort(flight, reason), reason
+    except EmergencyStop:
+        return _emergency(flight), f"{reason}; then the operator stopped the motors"
+
+
+def _emergency(flight: Flight) -> dict[str, bool]:
+    if not flight.phases.airborne and flight.phases.now is not Phase.ARMED:
+        flight.enter(Phase.CANCELLED)  # nothing turns: there is nothing to stop
+        return dict.fromkeys(flight.fleet, True)
+    manoeuvres.stop_motors(flight)
+    return dict.fromkeys(flight.fleet, False)
+
+
+def _close(flight: Flight) -> None:
+    """Close all links; never one of a drone that flies."""
+    if not (flight.phases.airborne or flight.phases.over):
+        flight.enter(Phase.CANCELLED)
+    flight.watching, force = False, flight.phases.now is Phase.EMERGENCY
+    try:
+        flight.fleet.each("closing the link", lambda drone: drone.close(force=force), flight.tick)
+    except FleetError as error:
+        for name, problem in error.errors.items():
+            flight.fault("close", name, str(problem))
+
+
+def _outcome(
+    flight: Flight, began: float, reason: str, report: PreflightReport, landed: Mapping[str, bool]
+) -> FlightOutcome:
+    return FlightOutcome(
+        phase=flight.phases.now,
+        reason=reason,
+        preflight=report,
+        faults=tuple(flight.journal.faults),
+        warnings=tuple(flight.journal.warnings),
+        landed=MappingProxyType(dict(landed)),
+        start_skew=flight.search.skew,
+        largest_error=MappingProxyType(dict(flight.largest_error)),
+        duration=flight.clock.now() - began,
+    )

@@ -1,0 +1,320 @@
+"""The flight loop: one tick of everything, and commands with answers.
+
+Everything that takes flight time happens in :meth:`Flight.tick`, a hundred times a second: poses flow, telemetry is
+written down, the watch looks, the operator is heard. Manoeuvres are straight-line code that ticks while it waits.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from deploy.clock import Clock
+from deploy.errors import FlightAborted
+from deploy.flight.journal import Journal, Level
+from deploy.flight.poses import Poses
+from deploy.flight.records import FlightStatus, RobotStatus
+from deploy.flight.watch import Limits, Seen, Watch
+from deploy.flightlog.writer import FlightLog
+from deploy.operator import Operator
+from deploy.phases import Phase, Phases
+from deploy.radio import highlevel
+from deploy.radio.fleet import Fleet
+from deploy.radio.requests import Reply, Request
+from mocap.errors import MocapError
+from mocap.source import MocapSource
+from planner.flightplan import FlightPlan
+from planner.trajectory.encode import decode
+
+Vec3 = tuple[float, float, float]
+TICK = 0.01  # s
+RETRY = 0.1  # s until an unanswered command is repeated
+BUSY_RETRY = 0.05  # s until a command refused with EBUSY is repeated; the supervisor runs at 25 Hz
+
+
+class EmergencyStop(Exception):
+    """The operator stopped the motors."""
+
+
+@dataclass
+class Search:
+    """The search, once it has begun: its start by flight clock [s], the spread of starts [s]."""
+
+    start: float = math.nan
+    skew: float = math.nan
+
+    @property
+    def begun(self) -> bool:
+        """Whether trajectories were started."""
+        return not math.isnan(self.start)
+
+
+class Flight:
+    """A flight in progress.
+
+    Args:
+        plan: what flies. fleet: who flies. mocap: where they are seen; None if they position themselves.
+        clock: of everything. log: where everything is written. operator: who may end it.
+        observer: called ten times a second.
+
+    Attributes:
+        phases: where the flight is. journal: what happened. poses: where everybody is.
+        references: certified trajectories, decoded from the bytes. largest_error: [m], by robot.
+        watching: whether findings of the watch end the mission now. notes: what is wrong, by robot.
+        ground: height of the pads [m].
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        fleet: Fleet,
+        mocap: MocapSource | None,
+        clock: Clock,
+        log: FlightLog,
+        operator: Operator,
+        observer: Callable[[FlightStatus], None] | None,
+    ) -> None:
+        mission = plan.mission
+        self.plan, self.fleet, self.clock, self.operator = plan, fleet, clock, operator
+        self.phases, self.journal, self.search = Phases(), Journal(log), Search()
+        bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
+        self.poses = Poses(mocap, bodies, mission.flight.pose_rate, fleet, log)
+        self.references = {name: decode(encoded) for name, encoded in plan.trajectories.items()}
+        self.duration = max(reference.duration for reference in self.references.values())
+        self.largest_error = dict.fromkeys(fleet, 0.0)
+        self.watching = False
+        self.notes = dict.fromkeys(fleet, "")
+        self.ground = 0.0
+        self._watch = Watch(Limits.of(mission))
+        self._observer = observer
+        self._turns = itertools.count()
+        self._reference_due = math.inf
+
+    # ------------------------------------------------------------------------------------------------ telling
+
+    def enter(self, phase: Phase) -> None:
+        """Go to a phase and say so. Raises IllegalTransition."""
+        self.phases.enter(phase)
+        self.event("phase", phase.value)
+
+    def event(
+        self, name: str, text: str, *, robot: str = "", level: Level = "info", value: float | None = None
+    ) -> None:
+        """Write down something that happens now."""
+        self.journal.event(self.clock.now(), self.phases.now, name, text, robot=robot, level=level, value=value)
+
+    def fault(self, name: str, robot: str, text: str) -> None:
+        """Write down a fault; it is the drone's note from now on."""
+        self.event(name, text, robot=robot, level="fault")
+        if robot in self.notes:
+            self.notes[robot] = text
+
+    # ------------------------------------------------------------------------------------------------ time
+
+    def tick(self) -> None:
+        """One turn of the loop.
+
+        Raises:
+            EmergencyStop: the operator stops the motors. FlightAborted: the mission has to end, with the reason.
+        """
+        self.clock.sleep_until(self.clock.now() + TICK)
+        now, turn = self.clock.now(), next(self._turns)
+        reason = self._sense(now)
+        if turn % 10 == 0 and self._observer is not None:
+            self._observer(self.status())
+        if turn % 50 == 0:
+            self._record_health(now)
+        if self.operator.stop_requested() and not self.phases.over:
+            raise EmergencyStop
+        if self.operator.land_requested():
+            reason = "the operator asked to land"
+        if reason and (self.watching or not (self.phases.airborne or self.phases.over)):
+            raise FlightAborted(reason)
+
+    def wait(self, seconds: float) -> None:
+        """Let flight time pass."""
+        self.wait_until(lambda: False, seconds)
+
+    def wait_until(self, condition: Callable[[], bool], deadline: float) -> bool:
+        """Tick until a condition holds, for at most ``deadline`` seconds of flight time; whether it holds."""
+        end = self.clock.now() + deadline
+        while not condition():
+            if self.clock.now() >= end - 1e-9:
+                return False
+            self.tick()
+        return True
+
+    # ------------------------------------------------------------------------------------------------ who is where
+
+    @property
+    def alive(self) -> tuple[str, ...]:
+        """Drones whose link is up."""
+        return tuple(name for name, drone in self.fleet.items() if drone.connected)
+
+    def position(self, robot: str) -> Vec3 | None:
+        """Where a robot is [m], if it was ever seen."""
+        located = self.poses.located(robot)
+        return None if located is None else located.pose.position
+
+    def start_of(self, robot: str) -> Vec3:
+        """First point of a robot's trajectory [m]."""
+        return self._point(robot, 0.0)
+
+    def reference(self, robot: str, now: float) -> Vec3 | None:
+        """Where the certified trajectory is at a flight time [m]; None outside the search and the hover after it."""
+        if not self.search.begun or self.phases.now not in (Phase.ON_MISSION, Phase.HOLDING):
+            return None
+        return self.reference_at(robot, now)
+
+    def reference_at(self, robot: str, now: float) -> Vec3:
+        """Where the certified trajectory is at a flight time after its start [m]."""
+        return self._point(robot, now - self.search.start)
+
+    def velocity_reference(self, robot: str, now: float) -> Vec3:
+        """Velocity of the certified trajectory [m/s]; zero before and after it."""
+        x, y, z, _ = self.references[robot].evaluate(np.array([now - self.search.start]), 1)[0]
+        return float(x), float(y), float(z)
+
+    def yaw_at_start(self, robot: str) -> float:
+        """Heading at the first point of a robot's trajectory [rad]."""
+        return float(self.references[robot].evaluate(np.array([0.0]))[0, 3])
+
+    def note_ground(self) -> None:
+        """Remember the height of the pads: where the drones stand now."""
+        heights = [position[2] for name in self.fleet if (position := self.position(name)) is not None]
+        self.ground = min(heights, default=0.0)
+
+    def status(self) -> FlightStatus:
+        """The whole flight now."""
+        now = self.clock.now()
+        robots = []
+        for name, drone in self.fleet.items():
+            position, target = self.position(name), self.reference(name, now)
+            error = math.dist(position, target) if position and target else math.nan
+            voltage = drone.status.voltage if drone.status else math.nan
+            robots.append(RobotStatus(name, position, error, voltage, drone.link.latency, self.notes[name]))
+        return FlightStatus(
+            now, self.phases.now, now - self.search.start, self.duration, tuple(robots), self.journal.message
+        )
+
+    # ------------------------------------------------------------------------------------------------ commands
+
+    def command(self, requests: Mapping[str, Request], *, patience: float = 1.0) -> dict[str, int | None]:
+        """Give one command to each of several drones, back to back, and see who accepts.
+
+        Unanswered commands and those refused because the supervisor is busy are repeated: only for commands that may
+        arrive twice.
+
+        Args:
+            requests: command by drone.
+            patience: how long to repeat [s].
+
+        Returns:
+            Return code by drone; None from those that never answered.
+        """
+        replies = {name: self.fleet[name].send(request) for name, request in requests.items()}
+        codes: dict[str, int | None] = dict.fromkeys(requests)
+        end = self.clock.now() + patience
+        while (waiting := [name for name, code in codes.items() if code in (None, highlevel.BUSY)]) and (
+            self.clock.now() < end - 1e-9
+        ):
+            self.tick()
+            for name in waiting:
+                replies[name], codes[name] = self._follow_up(name, replies[name])
+        return codes
+
+    def refusals(self, codes: Mapping[str, int | None]) -> str:
+        """Who did not accept, as one line; empty if everybody did."""
+        return "; ".join(
+            f"{name}: {'no answer' if code is None else highlevel.meaning(code)}"
+            for name, code in codes.items()
+            if code != 0
+        )
+
+    # ------------------------------------------------------------------------------------------------ inside
+
+    def _follow_up(self, name: str, reply: Reply) -> tuple[Reply, int | None]:
+        since = self.clock.now() - reply.sent
+        if not reply.here:
+            if since >= RETRY - 1e-9:
+                self.event("repeat", f"{reply.request.what}: no answer, repeated", robot=name, level="warning")
+                self.fleet[name].resend(reply)
+            return reply, None
+        code = highlevel.return_code(reply.payload)
+        if code == highlevel.BUSY and since >= BUSY_RETRY - 1e-9:
+            return self.fleet[name].send(reply.request), code
+        return reply, code
+
+    def _point(self, robot: str, t: float) -> Vec3:
+        x, y, z, _ = self.references[robot].evaluate(np.array([t]))[0]
+        return float(x), float(y), float(z)
+
+    def _sense(self, now: float) -> str:
+        """Poses, telemetry, watch; returns why the mission has to end, or nothing."""
+        reason = ""
+        try:
+            self.poses.pump(now)
+        except MocapError as error:
+            reason = f"motion capture: {error}"
+        for name, drone in self.fleet.items():
+            for record in drone.poll():
+                self.journal.telemetry(name, record)
+        self._record_references(now)
+        if self.phases.airborne:
+            reason = self._look(now) or reason
+        return reason
+
+    def _look(self, now: float) -> str:
+        reasons = []
+        for finding in self._watch.look(now, self._seen(now)):
+            lost = finding.name == "link"
+            level: Level = "fault" if finding.level == "abort" else "warning"
+            self.event(finding.name.split()[0], finding.text, robot=finding.robot, level=level, value=finding.value)
+            if finding.robot in self.notes:
+                self.notes[finding.robot] = finding.text
+            carries_on = lost and not self.poses.external and self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
+            if finding.level == "abort" and not carries_on:
+                reasons.append(f"{finding.robot}: {finding.text}")
+        return "; ".join(reasons)
+
+    def _seen(self, now: float) -> list[Seen]:
+        drones = []
+        for name, drone in self.fleet.items():
+            located, status, link = self.poses.located(name), drone.status, drone.link
+            position = None if located is None else located.pose.position
+            reference = self.reference(name, now)
+            if position is not None and reference is not None:
+                self.largest_error[name] = max(self.largest_error[name], math.dist(position, reference))
+            drones.append(
+                Seen(
+                    name,
+                    position,
+                    math.inf if located is None else now - located.t,
+                    reference,
+                    status.supervisor if status else None,
+                    status.battery_low if status else False,
+                    now - link.heard,
+                    link.lost,
+                )
+            )
+        return drones
+
+    def _record_references(self, now: float) -> None:
+        if self.phases.now is not Phase.ON_MISSION or not self.search.begun:
+            self._reference_due = -math.inf
+            return
+        if now < self._reference_due - 1e-9:
+            return
+        self._reference_due = now + 1.0 / self.plan.mission.flight.log_rate
+        for name in self.fleet:
+            point = self._point(name, now - self.search.start)
+            self.journal.log.reference(name, now, point, self.velocity_reference(name, now))
+
+    def _record_health(self, now: float) -> None:
+        self.poses.record_health(now)
+        for drone in self.fleet.values():
+            self.journal.link(now, drone)

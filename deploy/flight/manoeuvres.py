@@ -1,0 +1,263 @@
+"""In the air: take off, transfer, start together, search, land; and how everybody comes down early.
+
+All drones move at the same time for the same time. The high-level commander's moves share one rest-to-rest profile,
+so moves that start together keep the distances the certificate has computed.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable
+
+from deploy.errors import FlightAborted
+from deploy.flight.loop import RETRY, Flight, Vec3
+from deploy.phases import TABLE, Phase
+from deploy.radio import highlevel
+from deploy.radio.requests import Reply
+from deploy.radio.supervisor import Supervisor
+from deploy.upload import TRAJECTORY_ID
+
+AT_ALTITUDE = 0.15  # m
+AT_START = 0.10  # m
+SHORTEST_TRANSFER = 1.5  # s
+GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
+OFF_THE_GROUND = 0.10  # m above the pad
+_NUDGE = 0.6  # s after which a take-off that was accepted but not begun is given once more
+_START_PATIENCE = 0.3  # s; by then a trajectory from rest has moved less than a millimetre at our accelerations
+_BRAKE = 1.0  # m/s², mean deceleration of an abort
+_SHORTEST_BRAKE, _LONGEST_BRAKE = 0.6, 2.0  # s
+_CALM = 0.5  # s of hover between braking and landing
+
+
+def take_off(flight: Flight) -> None:
+    """Everybody up to the height of their trajectory's start, straight over their pads.
+
+    Raises:
+        FlightAborted: somebody refused, or did not rise.
+    """
+    flight.enter(Phase.TAKING_OFF)
+    flight.watching = True
+    duration = flight.plan.mission.flight.takeoff_duration
+    commands = {name: highlevel.takeoff(flight.start_of(name)[2], duration) for name in flight.fleet}
+    _require(flight, "take-off", flight.command(commands))
+    flight.wait(_NUDGE)
+    # In the supervisor's blink on the ground a command may be accepted and yet dropped (protocol notes B1, B3).
+    idle = [n for n, d in flight.fleet.items() if d.status and not d.status.supervisor.planner_active]
+    if idle:
+        flight.event("repeat", f"take-off accepted but not begun, repeated: {', '.join(idle)}", level="warning")
+        flight.command({name: commands[name] for name in idle})
+    flight.wait(duration - _NUDGE)
+
+    def low() -> list[str]:
+        return [name for name in flight.fleet if _distance(flight, name, None, flight.start_of(name)[2]) > AT_ALTITUDE]
+
+    if not flight.wait_until(lambda: not low(), TABLE[Phase.TAKING_OFF].allowance):
+        raise FlightAborted(f"did not reach the altitude: {', '.join(low())}")
+
+
+def transfer(flight: Flight) -> None:
+    """Everybody to the start of their trajectory, in straight lines that share their progress.
+
+    Raises:
+        FlightAborted: somebody refused.
+    """
+    flight.enter(Phase.TRANSFERRING)
+    speed = flight.plan.mission.flight.transfer_speed
+    starts = {name: flight.start_of(name) for name in flight.fleet}
+    farthest = max(_distance(flight, name, starts[name], None) for name in flight.fleet)
+    duration = max(SHORTEST_TRANSFER, farthest / speed)
+    commands = {n: highlevel.go_to(starts[n], flight.yaw_at_start(n), duration) for n in flight.fleet}
+    _require(flight, "transfer", flight.command(commands))
+    flight.wait(duration)
+
+
+def settle(flight: Flight) -> None:
+    """Hover at the starts until everybody is where their trajectory begins.
+
+    Raises:
+        FlightAborted: somebody is not there in time.
+    """
+    flight.enter(Phase.SETTLING)
+    flight.wait(flight.plan.mission.flight.settle_time)
+
+    def away() -> list[str]:
+        return [n for n in flight.fleet if _distance(flight, n, flight.start_of(n), None) > AT_START]
+
+    if not flight.wait_until(lambda: not away(), TABLE[Phase.SETTLING].allowance):
+        raise FlightAborted(f"more than {AT_START * 100:.0f} cm from the start of the trajectory: {', '.join(away())}")
+
+
+def start_together(flight: Flight) -> None:
+    """Start all trajectories, back to back, in world coordinates; measure how far apart the starts are.
+
+    A drone that refuses, or does not fly although it accepted, brings everybody down: nobody flies a plan whose
+    meetings and distances count on somebody who is not there. A start that is not answered is repeated once, while the
+    trajectory has not left its first point, and only if the drone says that it is still hovering.
+
+    Raises:
+        FlightAborted: somebody did not start.
+    """
+    flight.enter(Phase.ON_MISSION)
+    command = highlevel.start_trajectory(TRAJECTORY_ID)
+    replies = {name: drone.send(command) for name, drone in flight.fleet.items()}
+    sent = [reply.sent for reply in replies.values()]
+    flight.search.start = statistics.fmean(sent)
+    flight.wait_until(lambda: all(reply.here for reply in replies.values()), RETRY)
+    silent = [name for name, reply in replies.items() if not reply.here]
+    moving = _chase(flight, silent, replies) if silent else []
+    codes = {n: highlevel.return_code(r.payload) if r.here else None for n, r in replies.items() if n not in moving}
+    _require(flight, "trajectory start", codes)
+    instants = [0.5 * (r.sent + r.arrived) for r in replies.values() if r.arrived is not None]
+    flight.search.start = statistics.fmean(instants or sent)
+    flight.search.skew = max(instants or sent) - min(instants or sent)
+    flight.journal.event(
+        flight.search.start, Phase.ON_MISSION, "mission_start", "all trajectories started", value=flight.search.skew
+    )
+    flight.event("start_skew", f"starts within {flight.search.skew * 1000:.1f} ms", value=flight.search.skew)
+
+
+def search(flight: Flight) -> None:
+    """Follow the trajectories to their end, then hover. Raises FlightAborted."""
+    end = flight.search.start + flight.duration
+    flight.wait(end - flight.clock.now())
+    flight.event("mission_end", "all trajectories ended")
+    flight.enter(Phase.HOLDING)
+    flight.wait(flight.plan.mission.flight.settle_time)
+
+
+def land(flight: Flight) -> dict[str, bool]:
+    """Everybody straight down, together. Returns who was seen on the ground with its motors off."""
+    flight.enter(Phase.LANDING)
+    landed = _descend(flight, flight.alive)
+    if all(landed.values()):
+        flight.enter(Phase.LANDED)
+    else:
+        flight.enter(Phase.ABORTED)
+    return landed
+
+
+def abort(flight: Flight, reason: str) -> dict[str, bool]:
+    """Brake, hover, and land in place together; for drones in the air only. Returns who is down.
+
+    Landing from motion would stop with a jerk (the commander plans landings from rest), so everybody brakes first.
+    Braking together from certified motion, over less than the distance that two drones keep, needs no new plan.
+    """
+    flight.watching = False
+    searching = flight.phases.now in (Phase.ON_MISSION, Phase.HOLDING) and flight.search.begun
+    if flight.phases.now is not Phase.LANDING:
+        flight.enter(Phase.ABORTING)
+    flight.event("abort", reason, level="fault")
+    flying = [name for name in flight.alive if _height(flight, name) > OFF_THE_GROUND]
+    grounded = [name for name in flight.alive if name not in flying]
+    flight.command({name: highlevel.stop() for name in grounded}, patience=0.3)
+    if flying and flight.phases.now is Phase.ABORTING:
+        _brake(flight, flying, searching)
+    landed = _descend(flight, flight.alive)
+    flight.enter(Phase.ABORTED)
+    return landed
+
+
+def stop_motors(flight: Flight) -> None:
+    """The operator's second word: motors off, in whatever height."""
+    for _ in range(3):  # nobody answers this packet
+        for drone in flight.fleet.values():
+            drone.emergency_stop()
+    flight.watching = False
+    flight.enter(Phase.EMERGENCY)
+    flight.event("emergency", "the operator stopped the motors", level="fault")
+    flight.wait(0.5)
+
+
+# ---------------------------------------------------------------------------------------------------- inside
+
+
+def _require(flight: Flight, what: str, codes: dict[str, int | None]) -> None:
+    if refused := flight.refusals(codes):
+        raise FlightAborted(f"{what}: {refused}")
+
+
+def _distance(flight: Flight, name: str, point: Vec3 | None, height: float | None) -> float:
+    """From a point, or only from a height; inf if nobody knows where the drone is."""
+    position = flight.position(name)
+    if position is None:
+        return math.inf
+    return math.dist(position, point) if point is not None else abs(position[2] - (height or 0.0))
+
+
+def _height(flight: Flight, name: str) -> float:
+    position = flight.position(name)
+    return math.inf if position is None else position[2] - flight.ground
+
+
+def _chase(flight: Flight, silent: list[str], replies: dict[str, Reply]) -> list[str]:
+    """Ask those that did not answer the start what they do; repeat it to those that hover. Returns who flies it."""
+    asked = {name: flight.fleet[name].request_supervisor() for name in silent}
+    flight.wait_until(lambda: all(reply.here for reply in asked.values()), RETRY)
+    words = {n: Supervisor(int.from_bytes(r.payload[1:3], "little")) for n, r in asked.items() if r.here}
+    moving = [name for name, word in words.items() if word.planner_active and not word.trajectory_finished]
+    for name in silent:
+        text = "start not answered, but it flies" if name in moving else "start not answered, repeated once"
+        flight.event("repeat", text, robot=name, level="warning")
+        if name in words and name not in moving:
+            flight.fleet[name].resend(replies[name])
+    flight.wait_until(
+        lambda: all(replies[name].here for name in silent if name not in moving), _START_PATIENCE - 2 * RETRY
+    )
+    return moving
+
+
+def _brake(flight: Flight, names: Iterable[str], searching: bool) -> None:
+    """Everybody to a stop in the same time, along their own motion."""
+    motions = {name: _motion(flight, name, searching) for name in names}
+    fastest = max((math.hypot(*velocity) for _, velocity, _ in motions.values()), default=0.0)
+    duration = min(_LONGEST_BRAKE, max(_SHORTEST_BRAKE, fastest / _BRAKE))
+    commands = {}
+    for name, (position, velocity, yaw) in motions.items():
+        # From speed v to rest in T, a smooth profile covers v T / 2.
+        x, y, z = (p + 0.5 * duration * v for p, v in zip(position, velocity, strict=True))
+        commands[name] = highlevel.go_to((x, y, max(z, flight.ground + OFF_THE_GROUND)), yaw, duration)
+    if refused := flight.refusals(flight.command(commands, patience=0.5)):
+        flight.event("brake", refused, level="warning")
+    flight.wait(duration + _CALM)
+
+
+def _motion(flight: Flight, name: str, searching: bool) -> tuple[Vec3, Vec3, float]:
+    """Position, velocity and yaw of what the commander asks for now: where a new move begins."""
+    target, now = flight.fleet[name].target, flight.clock.now()
+    yaw = target.yaw if target else 0.0
+    if searching:
+        return flight.reference_at(name, now), flight.velocity_reference(name, now), yaw
+    if target is not None:
+        return target.position, target.velocity, yaw
+    return flight.position(name) or flight.start_of(name), (0.0, 0.0, 0.0), yaw
+
+
+def _descend(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
+    """Land these together; returns for every drone of the fleet whether it is known to be down."""
+    flight.watching = False
+    duration = flight.plan.mission.flight.landing_duration
+    names = list(names)
+    airborne = [name for name in names if _height(flight, name) > OFF_THE_GROUND or _flies(flight, name)]
+    commands = {name: highlevel.land(flight.ground + GROUND_CLEARANCE, duration) for name in airborne}
+    if refused := flight.refusals(flight.command(commands)):
+        flight.event("landing", refused, level="fault")
+    begun = flight.clock.now()
+    flight.wait(duration)
+
+    def up() -> list[str]:
+        return [n for n in flight.alive if n in names and _flies(flight, n, since=begun + duration)]
+
+    flight.wait_until(lambda: not up(), TABLE[Phase.LANDING].allowance)
+    landed = {name: name in flight.alive and not _flies(flight, name, since=begun) for name in flight.fleet}
+    for name, down in landed.items():
+        if not down:
+            flight.fault("landing", name, "nobody knows whether it is on the ground")
+    flight.command({name: highlevel.stop() for name in names if landed[name]}, patience=0.3)
+    return landed
+
+
+def _flies(flight: Flight, name: str, since: float = -math.inf) -> bool:
+    """Whether a drone flies by its newest word; True if that word is older than ``since``."""
+    status = flight.fleet[name].status
+    return status is None or status.t < since or status.supervisor.flying

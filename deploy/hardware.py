@@ -1,0 +1,82 @@
+"""A flight on hardware: the same ``fly`` with Crazyradio links and wall time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from deploy.clock import SystemClock
+from deploy.errors import LinkError
+from deploy.execute import fly
+from deploy.flight.records import FlightOutcome, FlightStatus
+from deploy.flightlog.writer import FlightLog
+from deploy.operator import Operator
+from deploy.planfile import plan_bytes
+from deploy.radio.cache import toc_cache
+from deploy.radio.links import initialise, require_crazyradio
+from missions.schema import Mission
+from mocap.source import MocapSource
+from planner.flightplan import FlightPlan
+
+
+def uris_of(mission: Mission) -> Mapping[str, str]:
+    """Link URI by robot, as the mission gives them.
+
+    Raises:
+        LinkError: a robot has none, or two have the same.
+    """
+    uris = {robot.name: robot.uri for robot in mission.robots}
+    if missing := [name for name, uri in uris.items() if not uri]:
+        raise LinkError(f"no uri for {', '.join(missing)}; add 'uri: radio://0/80/2M/E7E7E7E7..' to each robot")
+    if len(set(uris.values())) != len(uris):
+        double = sorted({uri for uri in uris.values() if list(uris.values()).count(uri) > 1})
+        raise LinkError(f"several robots have the same uri: {', '.join(double)}")
+    return uris
+
+
+def fly_hardware(
+    flight_plan: FlightPlan,
+    *,
+    log_path: str | Path,
+    mocap: Callable[[SystemClock], MocapSource | None],
+    operator: Operator,
+    observer: Callable[[FlightStatus], None] | None = None,
+) -> tuple[FlightOutcome, Path]:
+    """Fly a plan on real drones.
+
+    Args:
+        flight_plan: what to fly.
+        log_path: flight log to write; must not exist.
+        mocap: makes the motion capture on the flight's clock; returns None for on-board positioning.
+        operator: who may end the flight.
+        observer: told ten times a second how it goes.
+
+    Returns:
+        How it ended, and the log.
+
+    Raises:
+        LinkError: no radio, or no URIs. DeployError: as ``fly``.
+    """
+    uris = uris_of(flight_plan.mission)
+    initialise()
+    if any(uri.startswith("radio://") for uri in uris.values()):
+        require_crazyradio()
+    clock = SystemClock()
+    source = mocap(clock)
+    try:
+        metadata = {**flight_plan.versions, "backend": "hardware"}
+        with FlightLog(log_path, clock.epoch, {"plan.mcap": plan_bytes(flight_plan)}, metadata) as log:
+            outcome = fly(
+                flight_plan,
+                uris=uris,
+                mocap=source,
+                clock=clock,
+                log=log,
+                operator=operator,
+                observer=observer,
+                toc_cache=toc_cache("hardware"),
+            )
+    finally:
+        if source is not None:
+            source.close()
+    return outcome, log.path

@@ -1,0 +1,111 @@
+"""A small flight for tests: two drones on short smooth moves, on the simulated radio."""
+
+import contextlib
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from deploy.execute import fly
+from deploy.flightlog.writer import FlightLog
+from deploy.operator import Interrupts
+from deploy.rehearsal import Stage
+from missions.schema import Flight, Gaussian, GaussianMixtureMap, Horizon, Limits, Mission, Robot, Workspace
+from planner.certificate.certify import certify
+from planner.flightplan import FlightPlan
+from planner.plan import Plan
+from planner.trajectory.encode import encode
+from planner.trajectory.piecewise import PiecewisePolynomial
+
+# Rest to rest with zero acceleration and jerk at both ends: 35 s⁴ − 84 s⁵ + 70 s⁶ − 20 s⁷.
+SMOOTH = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0])
+STARTS = {"cf1": (0.5, 0.5), "cf2": (1.5, 0.5)}
+SHIFT = (0.3, 0.6)
+DURATION = 4.0
+CACHE = Path(__file__).parent
+
+
+def small_mission(**flight):
+    return Mission(
+        schema_version=1,
+        name="small",
+        workspace=Workspace((0.0, 0.0), (2.5, 2.0)),
+        horizon=Horizon(DURATION, 0.1),
+        information=GaussianMixtureMap((Gaussian((1.0, 1.0), 0.1),)),
+        robots=tuple(Robot(name, start) for name, start in STARTS.items()),
+        limits=Limits(acceleration=1.0, speed=1.0, separation=0.3),
+        flight=Flight(**{"takeoff_duration": 1.5, "landing_duration": 1.5, "settle_time": 0.5, **flight}),
+    )
+
+
+def small_plan(mission=None):
+    mission = mission or small_mission()
+    trajectories = {robot.name: encode(_move(robot.start, mission.flight.altitude)) for robot in mission.robots}
+    t = np.linspace(0.0, DURATION, round(DURATION / 0.1) + 1)
+    q = np.zeros((len(t), len(mission.robots), 2))
+    plan = Plan(t, q, q.copy(), np.zeros((len(t) - 1, len(mission.robots), 2)), 0.0, 0.0)
+    return FlightPlan(mission, plan, trajectories, certify(mission, trajectories), {"ergoflie": "test"})
+
+
+def _move(start, altitude):
+    scale = DURATION ** -np.arange(8.0)
+    coefficients = np.zeros((1, 4, 8))
+    for axis, (begin, shift) in enumerate(zip(start, SHIFT, strict=True)):
+        coefficients[0, axis] = shift * SMOOTH * scale
+        coefficients[0, axis, 0] += begin
+    coefficients[0, 2, 0] = altitude
+    return PiecewisePolynomial(np.array([DURATION]), coefficients)
+
+
+class Recorded:
+    """A stand-in for the log's reader: what the flight wrote, as it wrote it."""
+
+    def __init__(self):
+        self.records = []
+
+    def names(self):
+        return [record["name"] for topic, _, record in self.records if topic == "/events"]
+
+
+@contextlib.contextmanager
+def stage(tmp_path, plan, seed=1, **kwargs):
+    """A stage and a log; flying is up to the test."""
+    with Stage(plan.mission, seed=seed, label=f"bench{seed}", **kwargs) as ready:
+        path = tmp_path / f"flight-{seed}-{len(list(tmp_path.iterdir()))}.mcap"
+        with FlightLog(path, ready.clock.epoch, {}, {}, when_full="wait") as log:
+            ready.log = log
+            yield ready
+
+
+def fly_on(ready, plan, cache=None, **kwargs):
+    return fly(
+        plan,
+        uris=kwargs.pop("uris", ready.swarm.uris()),
+        mocap=kwargs.pop("mocap", ready.mocap),
+        clock=ready.clock,
+        log=kwargs.pop("log", ready.log),
+        toc_cache=cache,
+        **kwargs,
+    )
+
+
+class At(Interrupts):
+    """Presses Ctrl-C when the flight's clock says so."""
+
+    def __init__(self, *times):
+        super().__init__()
+        self.times = list(times)
+
+    def bind(self, clock):
+        self.clock = clock
+        return self
+
+    def land_requested(self):
+        while self.times and self.clock.now() >= self.times[0]:
+            self.times.pop(0)
+            self.request()
+        return super().land_requested()
+
+
+def edited(plan, **changes):
+    return dataclasses.replace(plan, **changes)
