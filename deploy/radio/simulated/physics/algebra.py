@@ -40,6 +40,8 @@ _HAMILTON = _bilinear(
     "xyzw",
     "xyzw",
 )
+_CROSS = _bilinear("+yz -zy, +zx -xz, +xy -yx", "xyz", "xyz")
+_SKEW = frozen(np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]))
 RATE = frozen(0.5 * _HAMILTON.reshape(4, 4, 4)[:, :3].reshape(12, 4))
 """(12, 4): outer(q, body rates) times this is dq/dt."""
 
@@ -65,15 +67,18 @@ def conjugate(q: Array) -> Array:
 
 def normalised(v: Array) -> Array:
     """Rows of unit length; v must not have a zero row."""
-    out: Array = v / np.sqrt((v * v).sum(axis=1, keepdims=True))
+    out: Array = v / np.sqrt(np.add.reduce(v * v, 1, keepdims=True))
     return out
 
 
 def exponential(rotation: Array) -> Array:
     """Quaternions (N, 4) of rotation vectors (N, 3) [rad]."""
-    angle = np.sqrt((rotation * rotation).sum(axis=1, keepdims=True))
-    # np.sinc(x) is sin(πx)/(πx): finite at zero, no special case needed.
-    return np.concatenate([0.5 * np.sinc(angle / (2.0 * np.pi)) * rotation, np.cos(0.5 * angle)], axis=1)
+    out = np.empty((len(rotation), 4))
+    half = 0.5 * np.sqrt(np.add.reduce(rotation * rotation, 1, keepdims=True))
+    half = np.maximum(half, 1e-9)  # sin(x)/x without a special case: still exact there
+    np.multiply(rotation, 0.5 * np.sin(half) / half, out=out[:, :3])
+    np.cos(half, out=out[:, 3:])
+    return out
 
 
 def logarithm(q: Array) -> Array:
@@ -87,21 +92,14 @@ def logarithm(q: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Row-wise cross products (N, 3)."""
-    return np.stack(
-        [
-            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
-            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
-            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
-        ],
-        axis=1,
-    )
+    out: Array = (a[:, :, None] * b[:, None, :]).reshape(len(a), 9).dot(_CROSS)
+    return out
 
 
 def skew(v: Array) -> Array:
     """Matrices (N, 3, 3) of the cross products with v: their product with u is v × u."""
-    out = np.zeros((len(v), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return out - out.transpose(0, 2, 1)
+    out: Array = v.dot(_SKEW).reshape(-1, 3, 3)
+    return out
 
 
 def heading(rotation: Array) -> Array:

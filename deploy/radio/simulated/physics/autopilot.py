@@ -50,10 +50,12 @@ class Autopilots:
         for controller, mine in ((self._mellinger, self._by_mellinger), (self._pid, ~self._by_mellinger)):
             if (mine & running).any():
                 thrust = np.where(mine, controller.aim(self.setpoints, position, velocity, rotation, dt), thrust)
-        for controller in (self._mellinger, self._pid):
-            controller.reset(np.flatnonzero(~running), rotation)
-        self.thrust = np.where(running, thrust, 0.0)
-        self._running = running[:, None] * 1.0
+        if not running.all():
+            for controller in (self._mellinger, self._pid):
+                controller.reset(np.flatnonzero(~running), rotation)
+        self.thrust = thrust * running
+        # Without thrust the firmware gives no moments either.
+        self._running = (self.thrust > 0.0).astype(np.float64)[:, None]
         self.saturated = np.zeros(len(running), dtype=np.bool_)
 
     @property

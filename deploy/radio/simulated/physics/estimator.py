@@ -16,6 +16,7 @@ reduced to nine states: position, velocity (world frame), attitude.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -134,6 +135,7 @@ class Estimators:
         self.matrix = algebra.rotation_matrices(self.rotation_error)
 
 
+@functools.cache
 def _process_noise(dt: float) -> Array:
     loop = _LOOP
     one = np.concatenate([0.5 * loop * loop * _ACCELERATION_NOISE, loop * _ACCELERATION_NOISE, loop * _GYRO_NOISE]) ** 2

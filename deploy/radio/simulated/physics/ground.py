@@ -19,9 +19,10 @@ _TOPPLED = 0.5  # cosine of the tilt beyond which the legs do not catch the dron
 
 def resolve(bodies: RigidBodies, dt: float) -> None:
     """Push bodies out of the floor after a step of dt."""
-    index = np.flatnonzero(bodies.position[:, 2] <= 0.0)
-    if not len(index):
+    height = bodies.position[:, 2]
+    if np.minimum.reduce(height) > 0.0:
         return
+    index = np.flatnonzero(height <= 0.0)
     bodies.position[index, 2] = 0.0
     velocity = bodies.velocity[index]
     resting = velocity[:, 2] <= 0.0

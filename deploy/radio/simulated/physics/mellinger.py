@@ -58,7 +58,6 @@ class Mellinger:
         self._integral = np.zeros((n, 3))
         self._desired_transposed = np.tile(np.eye(3), (n, 1, 1))
         self._omega = np.zeros((n, 3))
-        self._live = np.zeros((n, 1))
         # Columns: attitude error, rate error, rate error before, yaw integral: one product gives the moments.
         self._errors = np.zeros((n, 10))
         self._gains = np.zeros((10, 3))
@@ -82,22 +81,23 @@ class Mellinger:
         track = full[:, 0] | (mode == setpoints.POSITION)
         manual = mode == setpoints.ATTITUDE
         error = target.position - position
-        self._integral = np.clip(self._integral + error * dt, -_I_RANGE, _I_RANGE)
+        self._integral = np.minimum(np.maximum(self._integral + error * dt, -_I_RANGE), _I_RANGE)
         force = _KP * error + _KD * (full * target.velocity - velocity) + _KI * self._integral
         force += self._mass * (full * target.acceleration)
         # Velocity modes are unknown to this controller: it levels out and holds the height it finds in the setpoint.
         force[~track, :2] = 0.0
         force[:, 2] += self._mass[:, 0] * GRAVITY
-        heading = algebra.heading(rotation)
-        yaw = np.where(track, target.yaw, np.where(manual, heading + self._dt * target.omega[:, 2], heading))
+        yaw = target.yaw
+        if not track.all():
+            yaw = np.where(track, yaw, algebra.heading(rotation) + manual * (self._dt * target.omega[:, 2]))
         desired = _attitude(algebra.normalised(force), yaw)
         if manual.any():
             desired[manual] = _tilted(target.attitude[manual], yaw[manual])
         self._desired_transposed = np.ascontiguousarray(desired.transpose(0, 2, 1))
         self._omega = target.omega * np.where(manual[:, None], (0.0, 0.0, 1.0), full)
         thrust = np.where(manual, target.thrust, self._mass_thrust * (force * rotation[:, :, 2]).sum(axis=1))
-        self._live = (thrust > 0.0).astype(np.float64)[:, None]
-        self.reset(np.flatnonzero(thrust <= 0.0), rotation)
+        if thrust.min() <= 0.0:
+            self.reset(np.flatnonzero(thrust <= 0.0), rotation)
         return np.maximum(thrust, 0.0)
 
     def moments(self, rotation: Array, rates: Array) -> Array:
@@ -108,9 +108,7 @@ class Mellinger:
         np.subtract(self._omega, rates, out=e[:, 3:6])
         e[:, 9] -= self._dt * e[:, 2]
         moments: Array = e.dot(self._gains)
-        moments = np.minimum(np.maximum(moments, -_MOMENT_MAX), _MOMENT_MAX)
-        moments *= self._live
-        return moments
+        return np.minimum(np.maximum(moments, -_MOMENT_MAX), _MOMENT_MAX)
 
     def reset(self, index: Index, rotation: Array) -> None:
         """Forget the integrals of some drones (motors off). ``rotation`` is not needed by this controller."""
@@ -120,9 +118,13 @@ class Mellinger:
 
 def _attitude(z_axis: Array, yaw: Array) -> Array:
     """Matrices (N, 3, 3) with the given z axes and headings."""
-    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=1)
+    ahead = np.zeros((len(yaw), 3))
+    np.cos(yaw, out=ahead[:, 0])
+    np.sin(yaw, out=ahead[:, 1])
+    out = np.empty((len(yaw), 3, 3))
     y_axis = algebra.normalised(algebra.cross(z_axis, ahead))
-    return np.stack([algebra.cross(y_axis, z_axis), y_axis, z_axis], axis=2)
+    out[:, :, 0], out[:, :, 1], out[:, :, 2] = algebra.cross(y_axis, z_axis), y_axis, z_axis
+    return out
 
 
 def _tilted(attitude: Array, yaw: Array) -> Array:

@@ -22,7 +22,7 @@ def mix(thrust: Array, moments: Array) -> tuple[Array, bool]:
     """
     command: Array = moments.dot(_MIX)
     command += thrust
-    clipped = bool(command.max() > COMMAND_MAX)
+    clipped = bool(np.maximum.reduce(command, None) > COMMAND_MAX)
     if clipped:
         command -= np.maximum(command.max(axis=1, keepdims=True) - COMMAND_MAX, 0.0)
     return np.maximum(command, 0.0), clipped

@@ -90,7 +90,6 @@ class CascadedPid:
         kp, ki = np.array([p for _, p, _ in defaults]), np.array([i for _, _, i in defaults])
         self._rate = Pid(kp, ki, (2.5, 2.5, 0.0), (33.3, 33.3, 166.7), 32767.0, (n, 3))
         self._desired = np.zeros((n, 3))  # roll, pitch, yaw [degrees]
-        self._live = np.zeros((n, 1))
         self._mode = np.zeros(n, dtype=np.int64)
 
     def aim(self, target: SetpointTable, position: Array, velocity: Array, rotation: Array, dt: float) -> Array:
@@ -126,7 +125,6 @@ class CascadedPid:
         thrust = np.clip(drive[:, 2] * _THRUST_SCALE + self._thrust_base, _THRUST_MIN, COMMAND_MAX)
         thrust = np.where(manual, target.thrust, thrust)
         off = (mode == setpoints.OFF) | (thrust <= 0.0)
-        self._live = (~off)[:, None] * 1.0
         if off.any():
             self._reset(np.flatnonzero(off), angles)
         return np.where(off, 0.0, thrust)
@@ -138,7 +136,7 @@ class CascadedPid:
         error[:, 2] = (error[:, 2] + 180.0) % 360.0 - 180.0
         measured = np.degrees(rates)
         wanted = self._angle.update(error, angles, self._dt)
-        return self._rate.update(wanted - measured, measured, self._dt) * self._live
+        return self._rate.update(wanted - measured, measured, self._dt)
 
     def reset(self, index: Index, rotation: Array) -> None:
         """Forget the integrals of some drones (motors off); ``rotation``: estimated attitudes (N, 3, 3)."""

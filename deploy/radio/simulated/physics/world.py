@@ -220,7 +220,7 @@ class World:
         position, velocity, rotation = self._estimates()
         quaternion = multiply(e.rotation_error, bodies.quaternion)
         body_force = np.matmul(self._force[:, None, :], bodies.rotation)[:, 0] + self._accelerometer_error
-        g = np.clip(body_force / GRAVITY, -ACCELEROMETER_RANGE, ACCELEROMETER_RANGE)
+        g = np.minimum(np.maximum(body_force / GRAVITY, -ACCELEROMETER_RANGE), ACCELEROMETER_RANGE)
         acceleration = np.matmul(rotation, (GRAVITY * g)[:, :, None])[:, :, 0] - (0.0, 0.0, GRAVITY)
         tumbled = self._tumble.update(g[:, 2], TICK)
         variance = np.einsum("nii->ni", e.covariance)
