@@ -26,6 +26,7 @@ PROFILE = "ergoflie-flight"
 FORMAT = 1  # raised when readers of the previous format could misread a log
 FLUSH_INTERVAL = 250_000_000  # ns of flight time
 CAPACITY = 100_000  # records waiting for the disk, a few dozen MB at most
+PATIENCE = 1.0  # s to wait for room in the queue before looking whether the writer still lives
 LEAST_FREE = 100_000_000  # bytes of free disk below which no flight starts: ten minutes of ten drones, twice
 
 
@@ -76,13 +77,16 @@ class Recorder:
 
     def put(self, item: Item) -> None:
         """Hand over an item; returns at once unless asked to wait."""
-        if self._closed or self.failure:
-            self._drop(item)
+        while not (self._closed or self.failure):
+            try:
+                # With a timeout: a writer that failed meanwhile will never make room.
+                self._queue.put(item, block=self._wait, timeout=PATIENCE)
+            except queue.Full:
+                if self._wait:
+                    continue
+                break
             return
-        try:
-            self._queue.put(item, block=self._wait)
-        except queue.Full:
-            self._drop(item)
+        self._drop(item)
 
     @property
     def dropped(self) -> int:
@@ -99,8 +103,12 @@ class Recorder:
         if self._closed:
             return
         self._closed = True
-        self._queue.put(None)
-        self._thread.join()
+        while self._thread.is_alive():
+            try:
+                self._queue.put(None, timeout=PATIENCE)
+            except queue.Full:
+                continue
+            self._thread.join()
         try:
             if not self.failure:
                 self._finish()
@@ -125,13 +133,24 @@ class Recorder:
         self._flush(sync=True)
 
     def _run(self) -> None:
-        """The writer thread: batches of records, sorted by time and topic, one chunk each."""
+        """The writer thread. Should it die of a bug, the log says so instead of looking complete."""
+        done = False
+        try:
+            self._write_batches()
+            done = True
+        finally:
+            if not done:
+                self.failure = "the log's writer thread ended with an error"
+
+    def _write_batches(self) -> None:
+        """Batches of records, sorted by time and topic, one chunk each."""
         batch: list[Item] = []
         while (item := self._queue.get()) is not None:
-            batch.append(item)
             if self.failure:
                 self._drop(item)
-            elif item.topic == "/events" or item.time >= self._last + FLUSH_INTERVAL:
+                continue
+            batch.append(item)
+            if item.topic == "/events" or item.time >= self._last + FLUSH_INTERVAL:
                 self._commit(batch, item.time)
                 batch = []
         self._commit(batch, self._last)
