@@ -21,6 +21,7 @@ Index = NDArray[np.intp]
 Measure = Callable[[Array], Array]  # rising function from polynomial values to what is reported, e.g. a square root
 
 _ROUNDS = 60  # halvings after which float64 times cannot tell ends apart
+_MOST_OPEN = 200_000  # intervals; only numbers so large that float64 hides the resolution get there
 _ROUNDING = 1e-14  # relative error of coefficients after 60 rounds of averaging
 
 
@@ -30,7 +31,7 @@ class Minimum:
 
     Attributes:
         bound: (G,) nothing in the group is smaller than this; inf for an empty group.
-        attained: (G,) a value that is taken; bound >= attained - resolution.
+        attained: (G,) a value that is taken; bound >= attained - resolution unless the numbers are astronomical.
         time: (G,) when it is taken [s].
     """
 
@@ -78,6 +79,9 @@ def minimise(
         np.minimum.at(proven, group[~open_], low[~open_])
         points, start, end, group, low = points[open_], start[open_], end[open_], group[open_], low[open_]
         if len(points) == 0:
+            break
+        if len(points) > _MOST_OPEN:  # the bound stays a bound, only wider than the resolution
+            np.minimum.at(proven, group, low)
             break
         middle = (start + end) / 2
         points = np.concatenate([points @ half.T for half in halves])

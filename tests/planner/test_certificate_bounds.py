@@ -149,3 +149,15 @@ def test_largest_values_of_a_known_curve():
     assert motion.largest_acceleration(trajectory).value == pytest.approx(12.0, abs=1e-4)
     assert motion.largest_jump(trajectory, 2).value == pytest.approx(0.0, abs=1e-12)
     assert motion.largest_jump(trajectory, 0).value == pytest.approx(0.0, abs=1e-12)
+
+
+def test_astronomical_numbers_end_with_a_bound_instead_of_halving_for_ever():
+    """Rounding of 1e25 hides any resolution: a decoded garbage piece once ate all memory here."""
+    rng = np.random.default_rng(1)
+    points = 1e25 * rng.standard_normal((40, 15))
+    points[:, 0] = points[:, -1] = 0.0
+    group = np.zeros(40, dtype=np.intp)
+    found = minimise(points, np.zeros(40), np.ones(40), group, 1, 1e-4)
+    assert found.bound[0] <= found.attained[0] <= 0.0
+    touching = np.tile([0.0, 0.0, 1e-3], (3, 1))  # squares of ordinary size close as always
+    assert minimise(touching, np.zeros(3), np.ones(3), group[:3], 1, 1e-4).bound[0] >= -1e-4
