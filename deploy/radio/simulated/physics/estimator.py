@@ -33,8 +33,10 @@ _LOOP = 0.001  # [s]
 _GYRO_NOISE = frozen([0.1, 0.1, 0.1])  # [rad/s]
 # kalman_core.c: stdDevInitialPosition_*, stdDevInitialVelocity, stdDevInitialAttitude_*.
 _INITIAL_DEVIATION = frozen([100.0, 100.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
-_DEVIATION_RANGE = (1e-3, 100.0)  # MIN_COVARIANCE, MAX_COVARIANCE as deviations
+_LEAST, _MOST = 1e-6, 100.0**2  # MIN_COVARIANCE, MAX_COVARIANCE
 _FARTHEST, _FASTEST = 100.0, 10.0  # kalman.maxPos, kalman.maxVel: beyond, the firmware starts its filter again
+_NOBODY = np.zeros(0, dtype=np.intp)
+_MEASURED = frozen(np.eye(9)[:, [0, 1, 2, 6, 7, 8]])  # Hᵀ: position and attitude
 _UNMEASURED = 1e6  # standard deviation that makes an attitude measurement have no effect
 
 
@@ -106,27 +108,30 @@ class Estimators:
 
     def lost(self, position: Array, velocity: Array) -> Index:
         """Indices of filters that left the allowed range, of estimates (N, 3); the firmware would reset them."""
-        out = (np.abs(position) > _FARTHEST).any(axis=1) | (np.abs(velocity) > _FASTEST).any(axis=1)
-        return np.flatnonzero(out)
+        far, fast = np.abs(position), np.abs(velocity)
+        if np.maximum.reduce(far, None) <= _FARTHEST and np.maximum.reduce(fast, None) <= _FASTEST:
+            return _NOBODY
+        return np.flatnonzero((far > _FARTHEST).any(axis=1) | (fast > _FASTEST).any(axis=1))
 
     def _update(self, index: Index, innovation: Array, noise: Array) -> None:
         """Kalman update of some drones: innovations (K, 6) of position and attitude, noise variances (K, 6)."""
         p = self.covariance[index]
-        rows = [0, 1, 2, 6, 7, 8]
-        ph = p[:, :, rows]  # P Hᵀ: H only picks position and attitude
-        s = ph[:, rows, :]
-        np.einsum("nii->ni", s)[...] += noise
-        gain = np.linalg.solve(s, ph.transpose(0, 2, 1)).transpose(0, 2, 1)  # S is symmetric
-        step = np.matmul(gain, innovation[:, :, None])[:, :, 0]
+        ph = np.matmul(p, _MEASURED)
+        s = np.matmul(_MEASURED.T, ph)
+        s.reshape(len(index), 36)[:, ::7] += noise  # the diagonals
+        hp = ph.transpose(0, 2, 1)
+        weights = np.linalg.solve(s, hp)  # S⁻¹ H P: the gain's transpose, S being symmetric
+        step = np.matmul(innovation[:, None, :], weights)[:, 0]
         self.position_error[index] += step[:, :3]
         self.velocity_error[index] += step[:, 3:6]
         rotation = np.zeros_like(self.position_error)
         rotation[index] = step[:, 6:]
         self._rotate(rotation)
-        p = p - np.matmul(gain, ph.transpose(0, 2, 1))
-        self.covariance[index] = 0.5 * (p + p.transpose(0, 2, 1))
-        diagonal = np.einsum("nii->ni", self.covariance)
-        np.clip(diagonal, _DEVIATION_RANGE[0] ** 2, _DEVIATION_RANGE[1] ** 2, out=diagonal)
+        p = p - np.matmul(ph, weights)
+        p = 0.5 * (p + p.transpose(0, 2, 1))
+        diagonal = p.reshape(len(index), 81)[:, ::10]
+        np.minimum(np.maximum(diagonal, _LEAST), _MOST, out=diagonal)
+        self.covariance[index] = p
 
     def _rotate(self, rotation: Array) -> None:
         """Turn the estimated attitudes by rotation vectors (N, 3), world frame."""
