@@ -1,8 +1,6 @@
 """A small flight for tests: two drones on short smooth moves, on the simulated radio."""
 
 import contextlib
-import dataclasses
-from pathlib import Path
 
 import numpy as np
 
@@ -20,9 +18,8 @@ from planner.trajectory.piecewise import PiecewisePolynomial
 # Rest to rest with zero acceleration and jerk at both ends: 35 s⁴ − 84 s⁵ + 70 s⁶ − 20 s⁷.
 SMOOTH = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0])
 STARTS = {"cf1": (0.5, 0.5), "cf2": (1.5, 0.5)}
-SHIFT = (0.3, 0.6)
-DURATION = 4.0
-CACHE = Path(__file__).parent
+SHIFT = (0.3, 0.5)
+DURATION = 3.0
 
 
 def small_mission(**flight):
@@ -34,7 +31,7 @@ def small_mission(**flight):
         information=GaussianMixtureMap((Gaussian((1.0, 1.0), 0.1),)),
         robots=tuple(Robot(name, start) for name, start in STARTS.items()),
         limits=Limits(acceleration=1.0, speed=1.0, separation=0.3),
-        flight=Flight(**{"takeoff_duration": 1.5, "landing_duration": 1.5, "settle_time": 0.5, **flight}),
+        flight=Flight(**{"takeoff_duration": 1.2, "landing_duration": 1.2, "settle_time": 0.5, **flight}),
     )
 
 
@@ -55,16 +52,6 @@ def _move(start, altitude):
         coefficients[0, axis, 0] += begin
     coefficients[0, 2, 0] = altitude
     return PiecewisePolynomial(np.array([DURATION]), coefficients)
-
-
-class Recorded:
-    """A stand-in for the log's reader: what the flight wrote, as it wrote it."""
-
-    def __init__(self):
-        self.records = []
-
-    def names(self):
-        return [record["name"] for topic, _, record in self.records if topic == "/events"]
 
 
 @contextlib.contextmanager
@@ -105,7 +92,3 @@ class At(Interrupts):
             self.times.pop(0)
             self.request()
         return super().land_requested()
-
-
-def edited(plan, **changes):
-    return dataclasses.replace(plan, **changes)

@@ -1,0 +1,347 @@
+"""Whole flights on the simulated radio: good ones, and every way they may end early."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from deploy.errors import DeployError, FlightAborted, PreflightError
+from deploy.flight.records import FlightStatus
+from deploy.flightlog.reader import read_log
+from deploy.phases import Phase
+from deploy.radio import highlevel
+from deploy.radio.drone import Drone
+from deploy.radio.fleet import FleetError
+from deploy.radio.requests import Reply, Requests
+from deploy.rehearsal import rehearse
+from missions.loader import load_mission
+from tests.deploy.flight_bench import SHIFT, STARTS, At, fly_on, small_mission, small_plan, stage
+
+PLAN = small_plan()
+MISSION_STARTS_ABOUT = 5.0  # s of flight clock
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """Tables of contents are fetched once for all tests here."""
+    return tmp_path_factory.mktemp("toc")
+
+
+@pytest.fixture
+def bench(tmp_path, cache):
+    """A flight that records the truth: run(...) -> (outcome or exception, stage, truth (n, drones, 3))."""
+
+    def run(plan=PLAN, seed=1, prepare=lambda ready: None, on=None, **kwargs):
+        with stage(tmp_path, on or plan, seed) as ready:
+            truth = []
+            ready.world.every(0.1, lambda t: truth.append(ready.world.positions))
+            prepare(ready)
+            operator = kwargs.get("operator")
+            if isinstance(operator, At):
+                operator.bind(ready.clock)
+            try:
+                outcome = fly_on(ready, plan, cache, **kwargs)
+            except (DeployError, ZeroDivisionError) as error:  # every test looks at what it is
+                outcome = error
+            ready.path = ready.log.path
+            ready.final = ready.world.positions
+            ready.spinning = bool(ready.world.motors.any())
+        return outcome, ready, np.array(truth)
+
+    return run
+
+
+def during_mission(seconds, act):
+    """An observer that acts once, some seconds into the mission."""
+    done = []
+
+    def observe(status: FlightStatus):
+        if not done and status.mission_time >= seconds:
+            done.append(status)
+            act(status)
+
+    return observe
+
+
+def on_the_ground(ready):
+    return ready.final[:, 2].max() < 0.02 and not ready.spinning
+
+
+def gentle(truth):
+    """Nobody fell: no more than 2 m/s downwards."""
+    return np.diff(truth[:, :, 2], axis=0).min() > -0.2
+
+
+def test_a_whole_flight(bench):
+    statuses = []
+    outcome, ready, truth = bench(observer=statuses.append)
+    assert outcome.completed, outcome
+    assert outcome.phase is Phase.LANDED
+    assert outcome.landed == {"cf1": True, "cf2": True}
+    assert not outcome.warnings
+    assert outcome.start_skew <= 0.02
+    assert 0.0 < max(outcome.largest_error.values()) < 0.05
+    assert on_the_ground(ready)
+    assert gentle(truth)
+    ends = np.array(list(STARTS.values())) + SHIFT
+    assert np.abs(ready.final[:, :2] - ends).max() < 0.05
+    order = [status.phase for status in statuses]
+    assert sorted(set(order), key=order.index) == sorted(set(order), key=list(Phase).index)
+    assert {Phase.TAKING_OFF, Phase.ON_MISSION, Phase.HOLDING, Phase.LANDING} <= set(order)
+
+
+def test_the_log_holds_the_flight(bench):
+    _outcome, ready, _truth = bench()
+    record = read_log(ready.path)
+    assert record.complete
+    assert record.robots == ("cf1", "cf2")
+    names = [event.name for event in record.events]
+    assert names.index("upload") < names.index("mission_start") < names.index("mission_end")
+    begin, end = (next(e.t for e in record.events if e.name == name) for name in ("mission_start", "mission_end"))
+    assert end - begin == pytest.approx(3.0, abs=0.02)
+    for topic, least in (("estimate", 60), ("setpoint", 60), ("reference", 30), ("battery", 60), ("supervisor", 60)):
+        assert len(record.series[f"/cf1/{topic}"]) >= least
+    pose = record.series["/cf1/pose"]
+    rate = len(pose) / (pose.t[-1] - pose.t[0])
+    assert rate == pytest.approx(50.0, rel=0.1)
+    reference = record.series["/cf2/reference"]
+    assert reference["position"][0] == pytest.approx((*STARTS["cf2"], 0.6), abs=0.01)
+
+
+def test_the_same_seed_flies_the_same_flight(bench):
+    first, _, truth = bench(seed=5)
+    again, _, same = bench(seed=5)
+    _, _, different = bench(seed=6)
+    assert np.array_equal(truth, same)
+    assert first.largest_error == again.largest_error
+    assert (first.phase, first.duration) == (again.phase, again.duration)
+    assert not np.array_equal(truth[: len(different)], different[: len(truth)])
+
+
+def test_one_interrupt_lands_everybody(bench):
+    outcome, ready, truth = bench(operator=At(MISSION_STARTS_ABOUT + 1.2))
+    assert outcome.phase is Phase.ABORTED
+    assert outcome.reason == "the operator asked to land"
+    assert outcome.landed == {"cf1": True, "cf2": True}
+    assert not outcome.completed
+    assert on_the_ground(ready)
+    assert gentle(truth)
+    moved = np.linalg.norm(ready.final[:, :2] - np.array(list(STARTS.values())), axis=1)
+    assert (moved > 0.05).all()
+    assert (moved < np.hypot(*SHIFT) - 0.05).all()
+    # Braking together keeps them as far apart as the plan does.
+    assert np.linalg.norm(truth[:, 0] - truth[:, 1], axis=1).min() > 0.95
+
+
+@pytest.mark.parametrize("when", [1.7, 2.6, 4.2])  # climbing, in transfer, hovering at the start
+def test_an_interrupt_before_the_mission_lands_everybody_too(bench, when):
+    outcome, ready, truth = bench(operator=At(when))
+    assert outcome.phase is Phase.ABORTED
+    assert all(outcome.landed.values())
+    assert on_the_ground(ready)
+    assert gentle(truth)
+    assert truth[:, :, 2].max() > 0.05
+
+
+def test_two_interrupts_stop_the_motors(bench):
+    outcome, ready, _truth = bench(operator=At(MISSION_STARTS_ABOUT, MISSION_STARTS_ABOUT + 0.3))
+    assert outcome.phase is Phase.EMERGENCY
+    assert "stopped the motors" in outcome.reason
+    assert outcome.landed == {"cf1": False, "cf2": False}
+    assert not ready.spinning
+    assert ready.final[:, 2].max() < 0.2
+
+
+def test_an_interrupt_on_the_ground_cancels(bench):
+    outcome, ready, truth = bench(operator=At(0.5))
+    assert isinstance(outcome, FlightAborted)
+    assert np.ptp(truth[:, :, 2]) < 0.01
+    assert [e.text for e in read_log(ready.path).events if e.name == "phase"][-1] == "cancelled"
+
+
+def test_low_batteries_are_all_listed_and_nobody_moves(bench):
+    outcome, ready, truth = bench(small_plan(small_mission(battery_minimum=4.25)))
+    assert isinstance(outcome, PreflightError)
+    assert "cf1: battery: 4.1" in str(outcome)
+    assert "cf2: battery: 4.1" in str(outcome)
+    assert len(outcome.checks) > 20
+    assert np.ptp(truth[:, :, 2]) < 0.01
+    assert sum(e.name == "preflight" and e.level == "fault" for e in read_log(ready.path).events) == 2
+
+
+def test_swapped_drones_stay_on_the_ground(bench):
+    mission = PLAN.mission
+    a, b = mission.robots
+    swapped = (dataclasses.replace(a, pad=b.start), dataclasses.replace(b, pad=a.start))
+    elsewhere = dataclasses.replace(PLAN, mission=dataclasses.replace(mission, robots=swapped))
+    outcome, _, truth = bench(on=elsewhere)
+    assert isinstance(outcome, PreflightError)
+    assert "stands on the pad of cf2: swap" in str(outcome)
+    assert np.ptp(truth[:, :, 2]) < 0.01
+
+
+def test_an_edited_byte_never_reaches_a_drone(bench, monkeypatch):
+    monkeypatch.setattr(Drone, "connect", lambda *_: pytest.fail("connected"))
+    encoded = PLAN.trajectories["cf1"]
+    edited = dataclasses.replace(encoded, data=encoded.data[:-1] + bytes([encoded.data[-1] ^ 1]))
+    outcome, _, _ = bench(dataclasses.replace(PLAN, trajectories={**PLAN.trajectories, "cf1": edited}))
+    assert isinstance(outcome, PreflightError)
+    assert "the bytes of cf1 are not those that were certified" in str(outcome)
+
+
+def test_wrong_bytes_read_back_stop_the_flight(bench, monkeypatch):
+    honest = Drone.read_memory
+
+    def tampered(drone, where, address, length):
+        data = honest(drone, where, address, length)
+        return data[:7] + bytes([data[7] ^ 0x80]) + data[8:] if drone.name == "cf2" else data
+
+    monkeypatch.setattr(Drone, "read_memory", tampered)
+    outcome, _, truth = bench()
+    assert isinstance(outcome, FleetError)
+    assert "cf2: 1 of 132 bytes read back differ" in str(outcome)
+    assert set(outcome.errors) == {"cf2"}
+    assert np.ptp(truth[:, :, 2]) < 0.01
+
+
+def test_a_drone_that_is_not_there_is_named(bench):
+    outcome, _, _ = bench(uris={"cf1": "sim://bench1/cf1", "cf2": "sim://bench1/nobody"})
+    assert isinstance(outcome, FleetError)
+    assert set(outcome.errors) == {"cf2"}
+    assert "nobody" in str(outcome)
+
+
+def test_an_unknown_parameter_is_named(bench):
+    outcome, _, _ = bench(small_plan(small_mission(parameters={"no.such": 1.0})))
+    assert isinstance(outcome, FleetError)
+    assert "cf1: it has no parameter 'no.such'" in str(outcome)
+
+
+def test_a_lost_link_lands_the_others_and_is_a_fault(bench):
+    lost = []
+
+    def prepare(ready):
+        lost.append(lambda _: ready.swarm._clients["cf1"].lose("Too many packets lost"))
+
+    observer = during_mission(1.0, lambda status: lost[0](status))
+    outcome, ready, truth = bench(prepare=prepare, observer=observer)
+    assert outcome.phase is Phase.ABORTED
+    assert outcome.landed == {"cf1": False, "cf2": True}
+    assert any("cf1: link lost: Too many packets lost" in fault for fault in outcome.faults)
+    assert ready.final[1, 2] < 0.02
+    assert np.linalg.norm(truth[:, 0] - truth[:, 1], axis=1).min() > 0.3
+
+
+def test_a_body_lost_to_motion_capture_lands_everybody(bench):
+    stages = []
+    observer = during_mission(0.5, lambda status: stages[0].mocap.hide({"cf2"}))
+    outcome, _ready, truth = bench(prepare=stages.append, observer=observer)
+    assert outcome.phase is Phase.ABORTED
+    assert "cf2: no pose for 1.0" in outcome.reason
+    assert any("no pose for 0.2" in warning for warning in outcome.warnings)
+    assert all(outcome.landed.values())
+    assert gentle(truth)
+
+
+def test_a_refused_start_brings_everybody_down(bench, monkeypatch):
+    honest = Drone.send
+
+    def refusing(drone, command):
+        if drone.name == "cf2" and command.what == "start trajectory":
+            command = highlevel.takeoff(0.6, 1.0)  # from hover: refused with 1
+        return honest(drone, command)
+
+    monkeypatch.setattr(Drone, "send", refusing)
+    outcome, ready, truth = bench()
+    assert outcome.phase is Phase.ABORTED
+    assert "trajectory start: cf2: refused by the planner" in outcome.reason
+    assert all(outcome.landed.values())
+    assert on_the_ground(ready)
+    assert gentle(truth)
+
+
+def test_a_start_that_is_accepted_and_not_flown_is_noticed(bench, monkeypatch):
+    honest = Drone.send
+
+    def forgetful(drone, command):
+        if drone.name == "cf2" and command.what == "start trajectory":
+            command = highlevel.start_trajectory(9)  # undefined: the firmware says 0 and does nothing
+        return honest(drone, command)
+
+    monkeypatch.setattr(Drone, "send", forgetful)
+    outcome, _, truth = bench()
+    assert outcome.phase is Phase.ABORTED
+    assert "m from where it should be" in outcome.reason
+    assert all(outcome.landed.values())
+    assert gentle(truth)
+
+
+def swallow(monkeypatch, *, reach):
+    """Lose the answer to cf1's first trajectory start; ``reach``: whether the command itself arrives."""
+    honest, lost = Requests.send, []
+
+    def lossy(link, request):
+        if request.what == "start trajectory" and link._name == "cf1" and not lost:
+            lost.append(request)
+            if reach:
+                link.transmit(request.port, request.channel, request.payload)
+                return Reply(request, link._now())
+            reply = Reply(request, link._now())
+            link._pending.setdefault(request.key, []).append(reply)
+            return reply
+        return honest(link, request)
+
+    monkeypatch.setattr(Requests, "send", lossy)
+
+
+@pytest.mark.parametrize(("reach", "text"), [(True, "but it flies"), (False, "repeated once")])
+def test_a_start_whose_answer_is_lost_is_cleared_up(bench, monkeypatch, reach, text):
+    swallow(monkeypatch, reach=reach)
+    outcome, _, _truth = bench()
+    assert outcome.phase is Phase.LANDED
+    assert any(text in warning for warning in outcome.warnings)
+    assert max(outcome.largest_error.values()) < 0.15
+
+
+def test_a_bug_in_flight_lands_everybody_before_it_is_reported(bench):
+    def bug(status):
+        raise ZeroDivisionError("observer")
+
+    outcome, ready, truth = bench(observer=during_mission(1.0, bug))
+    assert isinstance(outcome, ZeroDivisionError)
+    assert on_the_ground(ready)
+    assert gentle(truth)
+    assert truth[:, :, 2].max() > 0.5
+
+
+MISSION = """
+schema_version: 1
+name: small
+workspace: {lower: [0.0, 0.0], upper: [2.5, 2.0]}
+horizon: {duration: 3.0, dt: 0.1}
+information: {type: gaussians, components: [{mean: [1.0, 1.0], covariance: 0.1}]}
+robots:
+  - {name: cf1, start: [0.5, 0.5], rigid_body: Alpha}
+  - {name: cf2, start: [1.5, 0.5], pad: [1.7, 0.4]}
+limits: {acceleration: 1.0, speed: 1.0, separation: 0.3}
+flight: {takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}
+"""
+
+
+def test_rehearse_writes_a_complete_log_with_the_plan(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "small.yaml").write_text(MISSION)
+    plan = small_plan(load_mission(tmp_path / "small.yaml"))
+    outcome, path = rehearse(plan, log_path=tmp_path / "flight.mcap", seed=3)
+    record = read_log(path)
+    assert outcome.completed, outcome
+    assert record.complete
+    assert record.flight_plan.mission == plan.mission
+    assert record.metadata["backend"] == "simulated"
+    assert not math.isnan(outcome.start_skew)
+    # From its pad to its start, and only then along the trajectory.
+    poses = record.series["/cf2/pose"]["position"]
+    assert np.abs(poses[0] - [1.7, 0.4, 0.0]).max() < 0.02
+    assert np.abs(poses[-1, :2] - np.add(STARTS["cf2"], SHIFT)).max() < 0.05
+    assert (tmp_path / "cache" / "ergoflie" / "toc" / "simulated").is_dir()

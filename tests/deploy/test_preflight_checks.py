@@ -1,0 +1,96 @@
+"""Pre-flight checks: what each finds, and that everything is listed."""
+
+import dataclasses
+import math
+
+import pytest
+
+from deploy.errors import PreflightError
+from deploy.preflight import DroneFacts, PreflightReport, check_fleet, check_log, check_plan
+from deploy.radio.drone import LinkState
+from deploy.radio.supervisor import Supervisor
+from tests.deploy.flight_bench import STARTS, small_plan
+
+PLAN = small_plan()
+UP = LinkState(latency=5.0, quality=100.0, rssi=40.0)
+READY = Supervisor(0x020E)
+
+
+def facts(robot, **changes):
+    place = (*STARTS[robot], 0.0)
+    good = DroneFacts(robot, 12, "2026.08", 4096, UP, READY, 4.1, place, 0.01, place, 0.0, {"stabilizer.controller": 2})
+    return dataclasses.replace(good, **changes)
+
+
+def results(*drones, external=True):
+    return {(c.name, c.robot): c.result for c in check_fleet(PLAN, drones, external) if c.result != "pass"}
+
+
+def test_two_good_drones_pass():
+    assert results(facts("cf1"), facts("cf2")) == {}
+    assert results(facts("cf1", pose=None, pose_age=math.inf), external=False) == {}
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"link": LinkState(lost="gone")}, "link"),
+        ({"link": LinkState(latency=300.0)}, "link latency"),
+        ({"link": LinkState(quality=50.0)}, "link quality"),
+        ({"protocol": 9}, "protocol"),
+        ({"voltage": 3.69}, "battery"),
+        ({"voltage": math.nan}, "battery"),
+        ({"supervisor": None}, "supervisor"),
+        ({"supervisor": Supervisor(0x0042)}, "supervisor"),
+        ({"supervisor": Supervisor(0x022F)}, "supervisor"),
+        ({"memory": 0}, "trajectory memory"),
+        ({"tilt": math.radians(20)}, "level"),
+        ({"pose": None}, "pose"),
+        ({"pose_age": 0.3}, "pose"),
+        ({"estimate": None}, "estimate agrees with pose"),
+        ({"estimate": (0.5, 0.56, 0.0)}, "estimate agrees with pose"),
+    ],
+)
+def test_each_check_fails_alone(changes, name):
+    assert results(facts("cf1", **changes), facts("cf2")) == {(name, "cf1"): "failure"}
+
+
+def test_a_slow_link_and_mixed_firmware_are_warnings():
+    found = results(facts("cf1", link=LinkState(latency=30.0)), facts("cf2", firmware="2025.02"))
+    assert found == {("link latency", "cf1"): "warning", ("same firmware", ""): "warning"}
+
+
+def test_swapped_drones_are_told_by_name():
+    first, second = (*STARTS["cf1"], 0.0), (*STARTS["cf2"], 0.0)
+    checks = check_fleet(
+        PLAN, [facts("cf1", pose=second, estimate=second), facts("cf2", pose=first, estimate=first)], True
+    )
+    wrong = {c.robot: c.remedy for c in checks if c.result == "failure"}
+    assert "stands on the pad of cf2" in wrong["cf1"]
+    assert "stands on the pad of cf1" in wrong["cf2"]
+
+
+def test_every_failure_of_every_drone_is_in_the_error():
+    checks = check_fleet(PLAN, [facts("cf1", voltage=3.0), facts("cf2", voltage=3.1, memory=10)], True)
+    with pytest.raises(PreflightError, match="3 pre-flight checks failed") as caught:
+        PreflightReport((*checks, check_log(""))).require()
+    assert all(text in str(caught.value) for text in ("cf1: battery: 3.00 V", "cf2: battery: 3.10 V", "10 bytes"))
+    assert len(caught.value.checks) > 20
+
+
+def test_the_log_has_to_be_written():
+    assert check_log("disk full").result == "failure"
+
+
+def test_an_edited_byte_a_swap_and_a_failed_certificate_are_found():
+    assert [c.result for c in check_plan(PLAN)] == ["pass", "pass"]
+    encoded = PLAN.trajectories["cf1"]
+    other = dataclasses.replace(encoded, data=bytes([encoded.data[0] ^ 1]) + encoded.data[1:])
+    edited = dataclasses.replace(PLAN, trajectories={**PLAN.trajectories, "cf1": other})
+    assert [c.result for c in check_plan(edited)] == ["pass", "failure"]
+    a, b = PLAN.trajectories.values()
+    swapped = dataclasses.replace(PLAN, trajectories={"cf1": b, "cf2": a})
+    assert check_plan(swapped)[1].result == "failure"
+    failing = dataclasses.replace(PLAN.certificate.checks[0], passed=False)
+    uncertified = dataclasses.replace(PLAN, certificate=dataclasses.replace(PLAN.certificate, checks=(failing,)))
+    assert [c.result for c in check_plan(uncertified)] == ["failure", "pass"]
