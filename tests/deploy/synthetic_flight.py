@@ -106,7 +106,7 @@ def write_flight(
     begin = TAKEOFF + SETTLE
     end = begin + duration
     final = end + SETTLE + TAKEOFF
-    log = FlightLog(path, EPOCH, {"plan.mcap": plan_bytes(flown)}, metadata or {"backend": "sim", "seed": "0"}, "wait")
+    log = FlightLog(path, EPOCH, {"plan.mcap": plan_bytes(flown)}, metadata or {"backend": "simulated", "seed": "0"}, "wait")
     phases = {0.0: "airborne", TAKEOFF: "transferring", begin: "on_mission", end: "returning", end + SETTLE: "landing"}
     with log:
         log.event(0.0, "preflight", "battery of cf1 4.1 V", robot="cf1", value=4.1)

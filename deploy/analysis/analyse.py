@@ -1,0 +1,58 @@
+"""A flight log to everything that can be said about the flight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deploy.analysis.align import flown_motion, mission_window
+from deploy.analysis.coverage import coverage
+from deploy.analysis.health import battery_use, link_use, pose_feed
+from deploy.analysis.meetings import meetings
+from deploy.analysis.record import FlightAnalysis
+from deploy.analysis.separation import separation
+from deploy.analysis.tracking import track
+from deploy.analysis.verdict import Evidence, judge
+from deploy.flightlog.reader import FlightRecord
+from planner.trajectory.encode import decode
+
+
+def analyse(record: FlightRecord) -> FlightAnalysis:
+    """Judge a flight from its log; works on whatever part of a flight the log holds.
+
+    Raises:
+        LogFileError: the log holds no readable flight plan.
+    """
+    flown_plan = record.flight_plan
+    mission, certificate = flown_plan.mission, flown_plan.certificate
+    names = tuple(robot.name for robot in mission.robots)
+    references = {name: decode(encoded) for name, encoded in flown_plan.trajectories.items()}
+    duration = max(reference.duration for reference in references.values())
+    window, motion = mission_window(record, duration), flown_motion(record, names)
+    search = motion.during(window) if motion is not None and window is not None else None
+    covered = coverage(mission, flown_plan.plan, certificate.indicators, references, motion, window)
+    tracking = (
+        tuple(track(name, i, motion, window, references[name]) for i, name in enumerate(names))
+        if motion is not None and window is not None
+        else ()
+    )
+    nobody = np.empty((0, len(names), 3))
+    apart = separation(mission, motion, search[1] if search else nobody) if motion is not None else None
+    batteries = tuple(battery_use(record, name) for name in names)
+    links = tuple(link_use(record, name) for name in names)
+    feeds = tuple(pose_feed(record, name) for name in names)
+    evidence = Evidence(mission, certificate, record, window, covered, tracking, apart, batteries, links, feeds)
+    return FlightAnalysis(
+        record=record,
+        flight_plan=flown_plan,
+        simulated=record.metadata.get("backend") == "simulated",
+        window=window,
+        motion=motion,
+        coverage=covered,
+        tracking=tracking,
+        separation=apart,
+        meetings=meetings(mission, references, search, certificate.indicators, covered.flown),
+        batteries=batteries,
+        links=links,
+        feeds=feeds,
+        verdict=judge(evidence),
+    )

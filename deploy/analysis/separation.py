@@ -1,0 +1,72 @@
+"""How close robots came to each other, to obstacles and to the fence."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from deploy.analysis.align import Motion
+from missions.arrays import Array, frozen
+from missions.schema import Mission
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Smallest distance between any two robots over the flight.
+
+    Attributes:
+        t: (S,) flight clock [s]. distance: (S,) smallest distance of any pair [m], NaN with fewer than two seen.
+        smallest: [m]; inf for one robot. pair: who. at: flight clock [s], NaN without data.
+        clearance: smallest distance to an obstacle while searching [m], inf without obstacles.
+        outside: largest distance of anybody outside the workspace while searching [m], 0 if nobody was.
+        outside_robot: who that was.
+    """
+
+    t: Array
+    distance: Array
+    smallest: float
+    pair: tuple[str, str]
+    at: float
+    clearance: float
+    outside: float
+    outside_robot: str
+
+
+def separation(mission: Mission, motion: Motion, search: Array) -> Separation:
+    """Distances over the whole flight; clearance and fence over ``search``, the positions (S', N, 3) of the search."""
+    names = [robot.name for robot in mission.robots]
+    pairs = list(itertools.combinations(range(len(names)), 2))
+    distance = np.full(len(motion.t), np.nan)
+    smallest, who, at = math.inf, ("", ""), math.nan
+    for i, j in pairs:
+        apart = np.linalg.norm(motion.q[:, i] - motion.q[:, j], axis=1)
+        distance = np.fmin(distance, apart)
+        if np.isfinite(apart).any() and np.nanmin(apart) < smallest:
+            k = int(np.nanargmin(apart))
+            smallest, who, at = float(apart[k]), (names[i], names[j]), float(motion.t[k])
+    outside, robot = _outside(mission, search, names)
+    return Separation(
+        frozen(motion.t), frozen(distance), smallest, who, at, _clearance(mission, search), outside, robot
+    )
+
+
+def _clearance(mission: Mission, q: Array) -> float:
+    found = math.inf
+    for obstacle in mission.obstacles:
+        apart = np.linalg.norm(q[..., :2] - np.array(obstacle.center[:2]), axis=-1) - obstacle.radius
+        if np.isfinite(apart).any():
+            found = min(found, float(np.nanmin(apart)))
+    return found
+
+
+def _outside(mission: Mission, q: Array, names: list[str]) -> tuple[float, str]:
+    nu = mission.dimension
+    lower, upper = np.array(mission.workspace.lower), np.array(mission.workspace.upper)
+    beyond = np.maximum(lower - q[..., :nu], q[..., :nu] - upper).max(axis=-1)  # (S, N)
+    if not np.isfinite(beyond).any() or np.nanmax(beyond) <= 0.0:
+        return 0.0, ""
+    worst = np.unravel_index(int(np.nanargmax(beyond)), beyond.shape)
+    return float(beyond[worst]), names[int(worst[1])]
