@@ -34,6 +34,19 @@ def uris_of(mission: Mission) -> Mapping[str, str]:
     return uris
 
 
+def prepare_links(mission: Mission) -> Mapping[str, str]:
+    """Set up cflib's drivers for the mission's robots; link URI by robot.
+
+    Raises:
+        LinkError: no URIs, or no Crazyradio although a URI needs one.
+    """
+    uris = uris_of(mission)
+    initialise()
+    if any(uri.startswith("radio://") for uri in uris.values()):
+        require_crazyradio()
+    return uris
+
+
 def fly_hardware(
     flight_plan: FlightPlan,
     *,
@@ -57,10 +70,7 @@ def fly_hardware(
     Raises:
         LinkError: no radio, or no URIs. DeployError: as ``fly``.
     """
-    uris = uris_of(flight_plan.mission)
-    initialise()
-    if any(uri.startswith("radio://") for uri in uris.values()):
-        require_crazyradio()
+    uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
     source = mocap(clock)
     try:

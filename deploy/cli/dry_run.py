@@ -28,7 +28,7 @@ def add_parser(commands: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan if need be, rehearse, report."""
-    from deploy.cli.flying import watched
+    from deploy.cli.flying import print_outcome, watched
     from deploy.cli.planning import print_plan
     from deploy.cli.reporting import print_analysis, write_report
     from deploy.flightlog.reader import read_log
@@ -42,9 +42,13 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         print_plan(flight_plan)
     log_path = folder / "flight.mcap"
-    log_path.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
-    with watched(flight_plan.mission) as (operator, observer):
-        rehearse(flight_plan, log_path=log_path, seed=args.seed, speed=args.speed, operator=operator, observer=observer)
+    for old in (log_path, log_path.with_name(log_path.name + ".part")):
+        old.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
+    with watched() as (operator, observer):
+        outcome, _ = rehearse(
+            flight_plan, log_path=log_path, seed=args.seed, speed=args.speed, operator=operator, observer=observer
+        )
+    print_outcome(outcome)
     target = folder / "report.html"
     analysis = write_report(read_log(log_path), target)
     return print_analysis(analysis, target, as_json=args.json)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,13 +16,13 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from deploy.cli.console import err, number, out, table
 
 if TYPE_CHECKING:
-    from planner.certificate.record import Certificate
+    from planner.certificate.record import Certificate, Check
     from planner.errors import NoFeasiblePlan
     from planner.flightplan import FlightPlan
     from planner.solver.result import Progress as SolverProgress
 
 
-def plan_mission(path: Path, *, seed: int | None = None, time_limit: float | None = None) -> FlightPlan | None:
+def plan_mission(path: Path, *, seed: int | None = None) -> FlightPlan | None:
     """Load and plan a mission with a progress bar; print why if there is no plan.
 
     Ctrl-C ends the search early with the best feasible plan so far.
@@ -31,9 +32,10 @@ def plan_mission(path: Path, *, seed: int | None = None, time_limit: float | Non
     from planner.pipeline import make_flight_plan
 
     mission = load_mission(path)
-    overrides = {"seed": seed, "time_limit": time_limit}
-    settings = dataclasses.replace(mission.solver, **{k: v for k, v in overrides.items() if v is not None})
-    mission = dataclasses.replace(mission, solver=settings)
+    settings = mission.solver
+    if seed is not None:
+        settings = dataclasses.replace(settings, seed=seed)
+        mission = dataclasses.replace(mission, solver=settings)
     try:
         with _progress_bar(mission.name, settings.time_limit) as report, _interruptible() as stop:
             return make_flight_plan(mission, progress=report, should_stop=stop.is_set)
@@ -70,19 +72,21 @@ def summary(flight_plan: FlightPlan) -> dict[str, object]:
 def print_plan(flight_plan: FlightPlan) -> None:
     """A plan's figures for people."""
     mission, found = flight_plan.mission, flight_plan.certificate.indicators
+    probabilities = f"{number(found.probability_worst)} / {number(found.probability_mean)}"
     rows = [
         ("ergodicity E of the plan", number(flight_plan.plan.ergodicity)),
         ("ergodicity E of the certified polynomials", number(found.ergodicity)),
-        (
-            "connection probability, worst / mean",
-            f"{number(found.probability_worst)} / {number(found.probability_mean)}",
-        ),
-        ("share of pair-time within range", number(found.connected_share)),
-        ("every pair met in every sub-period", "yes" if found.all_met else "no"),
-        ("smallest separation", f"{number(found.smallest_separation)} m"),
-        ("smallest obstacle clearance", f"{number(found.smallest_clearance)} m"),
-        ("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"),
     ]
+    if math.isfinite(found.probability_worst):
+        rows.append(("connection probability, worst / mean", probabilities))
+    if math.isfinite(found.connected_share):
+        rows.append(("share of pair-time within range", number(found.connected_share)))
+        rows.append(("every pair met in every sub-period", "yes" if found.all_met else "no"))
+    if len(mission.robots) > 1:
+        rows.append(("smallest separation", f"{number(found.smallest_separation)} m"))
+    if mission.obstacles:
+        rows.append(("smallest obstacle clearance", f"{number(found.smallest_clearance)} m"))
+    rows.append(("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"))
     for name, encoded in flight_plan.trajectories.items():
         rows.append(
             (
@@ -100,13 +104,19 @@ def print_certificate(certificate: Certificate, *, only_failed: bool = False) ->
         (
             "[green]ok[/]" if check.passed else "[red]FAIL[/]",
             check.name,
-            f"{number(check.value)} {check.relation} {number(check.limit)} {check.unit}".strip(),
+            _comparison(check),
             check.where,
             "" if check.time is None else f"{check.time:.2f} s",
         )
         for check in checks
     ]
     table("certificate", ("", "check", "value and limit", "where", "when"), rows)
+
+
+def _comparison(check: Check) -> str:
+    """Value, limit and the tolerance that numerics get."""
+    text = f"{number(check.value)} {check.relation} {number(check.limit)} {check.unit}".strip()
+    return f"{text} (±{number(check.tolerance)})" if check.tolerance else text
 
 
 def print_violations(failure: NoFeasiblePlan) -> None:
@@ -121,7 +131,7 @@ def print_violations(failure: NoFeasiblePlan) -> None:
 
 
 @contextmanager
-def _progress_bar(name: str, time_limit: float) -> Iterator[object]:
+def _progress_bar(name: str, time_limit: float) -> Iterator[Callable[[SolverProgress], None]]:
     """A bar over the solver's time limit with E, the worst violation and the elapsed time."""
     columns = (
         SpinnerColumn(),

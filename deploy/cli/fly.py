@@ -1,0 +1,84 @@
+"""``ergoflie fly``: the flight on hardware."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from deploy.cli.types import Subparsers
+    from deploy.clock import SystemClock
+    from mocap.source import MocapSource
+    from planner.flightplan import FlightPlan
+
+
+def add_parser(commands: Subparsers) -> None:
+    """Add this command."""
+    parser = commands.add_parser("fly", help="fly a certified plan on hardware (Crazyradio)")
+    parser.add_argument("plan", type=Path, help="plan file")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path("logs"), help="folder for log and report [default: logs]"
+    )
+    parser.add_argument(
+        "--mocap", metavar="SYSTEM", help="vicon, optitrack, qualisys, vrpn [default: on-board positioning]"
+    )
+    parser.add_argument("--mocap-host", metavar="HOST", default="", help="address of the motion-capture server")
+    parser.add_argument("--yes", action="store_true", help="do not ask before take-off")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Check plan and radio, ask, fly, report."""
+    from deploy.cli.console import fail
+    from deploy.cli.flying import print_outcome, watched
+    from deploy.cli.planning import print_plan
+    from deploy.cli.reporting import print_analysis, write_report
+    from deploy.flightlog.reader import read_log
+    from deploy.hardware import fly_hardware, prepare_links
+    from deploy.planfile import read_plan
+
+    flight_plan = read_plan(args.plan)
+    prepare_links(flight_plan.mission)
+    print_plan(flight_plan)
+    if not args.yes and not _confirmed(flight_plan, args.mocap):
+        return fail("not flown: nobody confirmed", code=1)
+    args.output.mkdir(parents=True, exist_ok=True)
+    stamp = datetime.datetime.now(datetime.UTC).strftime("%Y%m%dT%H%M%SZ")
+    log_path = args.output / f"{stamp}_{flight_plan.mission.name}.mcap"
+    with watched() as (operator, observer):
+        outcome, log_path = fly_hardware(
+            flight_plan,
+            log_path=log_path,
+            mocap=_mocap(args.mocap, args.mocap_host),
+            operator=operator,
+            observer=observer,
+        )
+    print_outcome(outcome)
+    target = log_path.with_suffix(".html")
+    return print_analysis(write_report(read_log(log_path), target), target, as_json=False)
+
+
+def _confirmed(flight_plan: FlightPlan, mocap: str | None) -> bool:
+    """Whether the person at the terminal typed the word."""
+    if not sys.stdin.isatty():
+        return False
+    names = ", ".join(robot.name for robot in flight_plan.mission.robots)
+    print(f"about to fly {names}; positioning: {mocap or 'on board'}; is the room clear?")
+    return input("type 'fly' to take off: ").strip() == "fly"
+
+
+def _mocap(system: str | None, host: str) -> Callable[[SystemClock], MocapSource | None]:
+    """How to make the motion capture once the flight's clock exists."""
+
+    def make(clock: SystemClock) -> MocapSource | None:
+        if system is None:
+            return None
+        from mocap.system import SystemMocap
+
+        return SystemMocap(system, {"hostname": host} if host else {}, clock.now)
+
+    return make

@@ -1,0 +1,72 @@
+"""A flight as the command line shows it: one live line, Ctrl-C as the operator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from deploy.cli.console import err
+
+if TYPE_CHECKING:
+    from deploy.flight.records import FlightOutcome, FlightStatus
+    from deploy.operator import Operator
+
+HINT = "Ctrl-C lands everybody; twice stops the motors"
+
+
+@contextmanager
+def watched() -> Iterator[tuple[Operator, Callable[[FlightStatus], None]]]:
+    """While inside, the terminal shows the flight and Ctrl-C is the operator's voice."""
+    from deploy.operator import interrupts
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description:<14}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.fields[state]}", markup=False),
+        TimeElapsedColumn(),
+    )
+    with interrupts() as operator, Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task("connecting", total=None, state=HINT)
+
+        def observe(status: FlightStatus) -> None:
+            searching = math.isfinite(status.mission_time)
+            bar.update(
+                task,
+                description=status.phase.value,
+                total=status.duration if searching else None,
+                completed=max(status.mission_time, 0.0) if searching else 0.0,
+                state=_state(status),
+            )
+
+        yield operator, observe
+
+
+def print_outcome(outcome: FlightOutcome) -> None:
+    """How a flight ended early, or what it complained of."""
+    if outcome.reason:
+        err.print(f"flight {outcome.phase.value}: {outcome.reason}", markup=False)
+    for line in (*outcome.faults, *outcome.warnings):
+        err.print(f"  {line}", markup=False)
+
+
+def _state(status: FlightStatus) -> str:
+    """The worst of every figure over the swarm, in one line."""
+
+    def worst(values: list[float], pick: Callable[[list[float]], float]) -> float:
+        known = [value for value in values if math.isfinite(value)]
+        return pick(known) if known else math.nan
+
+    error = worst([robot.error for robot in status.robots], max)
+    volts = worst([robot.voltage for robot in status.robots], min)
+    latency = worst([robot.latency for robot in status.robots], max)
+    parts = [f"t {status.t:5.1f} s"]
+    parts += [f"error {error * 100:.1f} cm"] if math.isfinite(error) else []
+    parts += [f"battery {volts:.2f} V"] if math.isfinite(volts) else []
+    parts += [f"link {latency:.0f} ms"] if math.isfinite(latency) else []
+    parts += [f"{robot.name}: {robot.note}" for robot in status.robots if robot.note]
+    return "  ".join(parts)
