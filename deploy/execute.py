@@ -86,7 +86,7 @@ def _fly(flight: Flight) -> FlightOutcome:
         landed, reason = _bring_down(flight, str(error))
     finally:
         if flight.phases.airborne:  # something nobody foresaw is on its way up
-            _bring_down(flight, "a bug in the flight software")
+            _bring_down(flight, "the flight software failed")
     return _outcome(flight, began, reason, report, landed)
 
 
@@ -142,6 +142,8 @@ def _close(flight: Flight) -> None:
 def _outcome(
     flight: Flight, began: float, reason: str, report: PreflightReport, landed: Mapping[str, bool]
 ) -> FlightOutcome:
+    if not reason and not all(landed.values()):
+        reason = f"not known to be on the ground: {', '.join(name for name, down in landed.items() if not down)}"
     return FlightOutcome(
         phase=flight.phases.now,
         reason=reason,

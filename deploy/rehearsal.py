@@ -52,7 +52,8 @@ class Stage:
         self.mocap = SimulatedMocap(_MOCAP_RATE, seed=seed)
         self._bodies = [robot.rigid_body or robot.name for robot in mission.robots]
         self.world.every(1.0 / _MOCAP_RATE, self._expose)
-        self.swarm = SimulatedSwarm(names, self.world, self.clock, label=label)
+        arms_itself = "brushless" not in mission.flight.airframe
+        self.swarm = SimulatedSwarm(names, self.world, self.clock, label=label, auto_arm=arms_itself)
         # The loop reads telemetry right after a tick: by then the clients must have digested what that tick sent.
         self.clock.attach(lambda t: _digest(self.swarm), lambda timeout: True)
 

@@ -1,7 +1,8 @@
 """The flight loop: one tick of everything, and commands with answers.
 
 Everything that takes flight time happens in :meth:`Flight.tick`, a hundred times a second: poses flow, telemetry is
-written down, the watch looks, the operator is heard. Manoeuvres are straight-line code that ticks while it waits.
+written down, the operator is heard, and every fifth time the watch looks. Manoeuvres are straight-line code that ticks
+while it waits.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from planner.trajectory.encode import decode
 
 Vec3 = tuple[float, float, float]
 TICK = 0.01  # s
+WATCH_EVERY = 5  # ticks
 RETRY = 0.1  # s until an unanswered command is repeated
 BUSY_RETRY = 0.05  # s until a command refused with EBUSY is repeated; the supervisor runs at 25 Hz
 
@@ -123,7 +125,7 @@ class Flight:
         """
         self.clock.sleep_until(self.clock.now() + TICK)
         now, turn = self.clock.now(), next(self._turns)
-        reason = self._sense(now)
+        reason = self._sense(now, look=turn % WATCH_EVERY == 0)
         if turn % 10 == 0 and self._observer is not None:
             self._observer(self.status())
         if turn % 50 == 0:
@@ -140,13 +142,17 @@ class Flight:
         self.wait_until(lambda: False, seconds)
 
     def wait_until(self, condition: Callable[[], bool], deadline: float) -> bool:
-        """Tick until a condition holds, for at most ``deadline`` seconds of flight time; whether it holds."""
+        """Tick until a condition holds, for at most ``deadline`` seconds of flight time; whether it held.
+
+        The condition is looked at right after a tick only: before, it may depend on how far the radio's threads are,
+        and a rehearsal would not repeat.
+        """
         end = self.clock.now() + deadline
-        while not condition():
-            if self.clock.now() >= end - 1e-9:
-                return False
+        while self.clock.now() < end - 1e-9:
             self.tick()
-        return True
+            if condition():
+                return True
+        return False
 
     # ------------------------------------------------------------------------------------------------ who is where
 
@@ -253,8 +259,8 @@ class Flight:
         x, y, z, _ = self.references[robot].evaluate(np.array([t]))[0]
         return float(x), float(y), float(z)
 
-    def _sense(self, now: float) -> str:
-        """Poses, telemetry, watch; returns why the mission has to end, or nothing."""
+    def _sense(self, now: float, look: bool) -> str:
+        """Poses, telemetry, watch; returns why the flight has to end, or nothing."""
         reason = ""
         try:
             self.poses.pump(now)
@@ -265,8 +271,14 @@ class Flight:
                 self.journal.telemetry(name, record)
         self._record_references(now)
         if self.phases.airborne:
-            reason = self._look(now) or reason
-        return reason
+            return (self._look(now) if look else "") or reason
+        return self._lost_on_the_ground() or reason
+
+    def _lost_on_the_ground(self) -> str:
+        if self.phases.now is Phase.IDLE:
+            return ""  # links are just being opened; whoever opens them reports
+        lost = {name: drone.link.lost for name, drone in self.fleet.items() if drone.link.lost}
+        return "; ".join(f"{name}: link lost: {why}" for name, why in lost.items())
 
     def _look(self, now: float) -> str:
         reasons = []

@@ -24,9 +24,12 @@ SHORTEST_TRANSFER = 1.5  # s
 GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
 OFF_THE_GROUND = 0.10  # m above the pad
 _NUDGE = 0.6  # s after which a take-off that was accepted but not begun is given once more
+_BLINK = 0.2  # s, longer than the supervisor's blink
 _START_PATIENCE = 0.3  # s; by then a trajectory from rest has moved less than a millimetre at our accelerations
+_ON_PLAN = 0.15  # m between reference and telemetered setpoint
 _BRAKE = 1.0  # m/s², mean deceleration of an abort
 _SHORTEST_BRAKE, _LONGEST_BRAKE = 0.6, 2.0  # s
+_DISARMING = 1.0  # s; a drone that stays armed keeps its propellers dangerous, but the flight is over
 _CALM = 0.5  # s of hover between braking and landing
 
 
@@ -40,10 +43,12 @@ def take_off(flight: Flight) -> None:
     flight.watching = True
     duration = flight.plan.mission.flight.takeoff_duration
     commands = {name: highlevel.takeoff(flight.start_of(name)[2], duration) for name in flight.fleet}
+    given = flight.clock.now()
     _require(flight, "take-off", flight.command(commands))
     flight.wait(_NUDGE)
     # In the supervisor's blink on the ground a command may be accepted and yet dropped (protocol notes B1, B3).
-    idle = [n for n, d in flight.fleet.items() if d.status and not d.status.supervisor.planner_active]
+    words = {n: d.status.supervisor for n, d in flight.fleet.items() if d.status and d.status.t > given + _BLINK}
+    idle = [name for name, word in words.items() if not word.planner_active]
     if idle:
         flight.event("repeat", f"take-off accepted but not begun, repeated: {', '.join(idle)}", level="warning")
         flight.command({name: commands[name] for name in idle})
@@ -227,7 +232,10 @@ def _motion(flight: Flight, name: str, searching: bool) -> tuple[Vec3, Vec3, flo
     target, now = flight.fleet[name].target, flight.clock.now()
     yaw = target.yaw if target else 0.0
     if searching:
-        return flight.reference_at(name, now), flight.velocity_reference(name, now), yaw
+        reference = flight.reference_at(name, now)
+        # Telemetry is a little old, the reference is not; but a drone may be flying something else.
+        if target is None or math.dist(target.position, reference) <= _ON_PLAN:
+            return reference, flight.velocity_reference(name, now), yaw
     if target is not None:
         return target.position, target.velocity, yaw
     return flight.position(name) or flight.start_of(name), (0.0, 0.0, 0.0), yaw
@@ -253,8 +261,20 @@ def _descend(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
     for name, down in landed.items():
         if not down:
             flight.fault("landing", name, "nobody knows whether it is on the ground")
-    flight.command({name: highlevel.stop() for name in names if landed[name]}, patience=0.3)
+    _put_to_rest(flight, [name for name in names if landed[name]])
     return landed
+
+
+def _put_to_rest(flight: Flight, names: Iterable[str]) -> None:
+    """Stop the planners of drones on the ground, and disarm those that were armed by us."""
+    drones = {name: flight.fleet[name] for name in names}
+    flight.command({name: highlevel.stop() for name in drones}, patience=0.3)
+    ours = [d for d in drones.values() if d.status is not None and not d.status.supervisor.arms_itself]
+    for drone in ours:
+        drone.request_arming(False)
+    flight.wait_until(
+        lambda: not any(d.status and d.status.supervisor.armed for d in ours), _DISARMING if ours else 0.0
+    )
 
 
 def _flies(flight: Flight, name: str, since: float = -math.inf) -> bool:

@@ -35,6 +35,7 @@ class _Work(Generic[T]):
         self.error: DeployError | None = None
         self.crash: BaseException | None = None
         self._drone, self._action, self._clock = drone, action, clock
+        self.done = False
         self._holding = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"{drone.name}-worker", daemon=True)
 
@@ -42,10 +43,6 @@ class _Work(Generic[T]):
         """Return when the thread holds the clock, so that no flight time passes before it has begun."""
         self._thread.start()
         self._holding.wait()
-
-    @property
-    def done(self) -> bool:
-        return not self._thread.is_alive()
 
     def _run(self) -> None:
         with self._clock.hold():
@@ -56,6 +53,8 @@ class _Work(Generic[T]):
                 self.error = error
             except BaseException as error:  # noqa: BLE001 - raised again in the flight's own thread
                 self.crash = error
+            finally:
+                self.done = True  # before the clock is let go
 
 
 class Fleet(Mapping[str, Drone]):
@@ -100,8 +99,10 @@ class Fleet(Mapping[str, Drone]):
         work = {name: _Work(self[name], action, self._clock) for name in names}
         for item in work.values():
             item.start()
-        while not all(item.done for item in work.values()):
+        while True:  # at least one tick: a rehearsal's clock then stands until all are done, and so repeats
             tick()
+            if all(item.done for item in work.values()):
+                break
         for item in work.values():
             if item.crash is not None:
                 raise item.crash
