@@ -28,7 +28,8 @@ def number(value: float) -> str:
     if math.isinf(value):
         return "none" if value > 0 else "-inf"
     if value and (abs(value) < 1e-3 or abs(value) >= 1e5):
-        return f"{value:.3e}"
+        mantissa, exponent = f"{value:.3e}".split("e")
+        return f"{float(mantissa):g}e{int(exponent)}"
     return f"{value:.4g}"
 
 

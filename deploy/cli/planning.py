@@ -104,19 +104,20 @@ def print_certificate(certificate: Certificate, *, only_failed: bool = False) ->
         (
             "[green]ok[/]" if check.passed else "[red]FAIL[/]",
             check.name,
-            _comparison(check),
+            number(check.value),
+            _limit(check),
             check.where,
             "" if check.time is None else f"{check.time:.2f} s",
         )
         for check in checks
     ]
-    table("certificate", ("", "check", "value and limit", "where", "when"), rows)
+    table("certificate", ("", "check", "value", "limit", "where", "when"), rows, right=(2,))
 
 
-def _comparison(check: Check) -> str:
-    """Value, limit and the tolerance that numerics get."""
-    text = f"{number(check.value)} {check.relation} {number(check.limit)} {check.unit}".strip()
-    return f"{text} (±{number(check.tolerance)})" if check.tolerance else text
+def _limit(check: Check) -> str:
+    """What is allowed, and the tolerance that numerics get on top."""
+    text = f"{'≤' if check.relation == '<=' else '≥'} {number(check.limit)} {check.unit}".strip()
+    return f"{text} ± {number(check.tolerance)}" if check.tolerance else text
 
 
 def print_violations(failure: NoFeasiblePlan) -> None:
