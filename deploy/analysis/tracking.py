@@ -49,12 +49,7 @@ class Tracking:
 def track(robot: str, number: int, motion: Motion, window: MissionWindow, reference: PiecewisePolynomial) -> Tracking:
     """Compare a robot's flown positions with its certified trajectory at the same mission time.
 
-    Args:
-        robot: name.
-        number: its column in the motion.
-        motion: everybody's positions.
-        window: the search.
-        reference: its trajectory as decoded from the bytes.
+    ``number`` is the robot's column in ``motion``; ``reference`` its trajectory as decoded from the bytes.
     """
     t, q = motion.during(window)
     q = q[:, number]

@@ -1,0 +1,46 @@
+"""Stage 7 of 7: a judged flight to one self-contained HTML page that needs no network and no library."""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from string import Template
+
+from deploy.analysis.record import FlightAnalysis
+from deploy.report import sections
+from deploy.report.charts import all_charts
+from deploy.report.packing import script_json
+from deploy.report.playback import playback_data
+
+_SCRIPTS = ("page.js", "scene.js", "charts.js", "main.js")
+
+
+def build_report(analysis: FlightAnalysis) -> str:
+    """The page. Everything in it is inline; a content security policy forbids it to ask for more."""
+    mission = analysis.flight_plan.mission
+    data = {"playback": playback_data(analysis), "charts": all_charts(analysis)}
+    return Template(_read("report.html")).substitute(
+        title=escape(f"{mission.name}: {analysis.verdict.level.name}"),
+        name=escape(mission.name),
+        description=escape(mission.description),
+        kind="Rehearsal on simulated drones" if analysis.simulated else "Flight",
+        robots=f"{len(mission.robots)} robot{'s' if len(mission.robots) > 1 else ''}",
+        duration=f"{mission.horizon.duration:g} s search",
+        style=_read("report.css"),
+        script="\n".join(_read(name) for name in _SCRIPTS),
+        data=script_json(data),
+        verdict=sections.verdict(analysis),
+        figures=sections.figures(analysis),
+        indicators=sections.indicators_table(analysis),
+        probabilities=sections.probability_table(analysis),
+        robots_table=sections.robots_table(analysis),
+        certificate=sections.certificate_table(analysis),
+        preflight=sections.preflight_table(analysis),
+        events=sections.events_table(analysis),
+        provenance=sections.provenance_table(analysis),
+        simulation=sections.simulation(analysis),
+    )
+
+
+def _read(name: str) -> str:
+    return files("deploy.report").joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,48 @@
+"""The information map as an image for the playback's floor."""
+
+from __future__ import annotations
+
+import base64
+import functools
+
+import numpy as np
+
+from missions.arrays import Array
+from missions.schema import ArrayMap, Gaussian, GaussianMixtureMap, ImageMap, Mission
+
+_LONG_SIDE = 120  # pixels
+
+
+def heat_image(mission: Mission) -> dict[str, object]:
+    """Brightness 0..255, row 0 at the lower y edge: ``{"width", "height", "data"}``; 3-D maps summed over z."""
+    density = _density(mission)
+    top = float(density.max())
+    pixels = np.round(255.0 * density / top if top > 0.0 else density).astype(np.uint8).T  # (y, x)
+    height, width = pixels.shape
+    return {"width": width, "height": height, "data": base64.b64encode(pixels.tobytes()).decode()}
+
+
+def _density(mission: Mission) -> Array:
+    """(W, H) density, not normalised, at cell centres of the floor."""
+    information = mission.information
+    if isinstance(information, ImageMap | ArrayMap) and information.density is not None:
+        flat = information.density.sum(axis=2) if information.density.ndim == 3 else information.density
+        step = max(1, max(flat.shape) // (2 * _LONG_SIDE))
+        return flat[::step, ::step]
+    lower, upper = np.array(mission.workspace.lower[:2]), np.array(mission.workspace.upper[:2])
+    side = upper - lower
+    cells = np.maximum(2, np.round(_LONG_SIDE * side / side.max()).astype(int))
+    x, y = (lower[d] + side[d] * (np.arange(cells[d]) + 0.5) / cells[d] for d in range(2))
+    if not isinstance(information, GaussianMixtureMap):
+        return np.full((cells[0], cells[1]), 0.15)  # the same everywhere: a faint tint
+    return functools.reduce(np.add, (_gaussian(component, x, y) for component in information.components))
+
+
+def _gaussian(component: Gaussian, x: Array, y: Array) -> Array:
+    """A component's marginal in the plane, which for a Gaussian is that part of its covariance."""
+    C = np.asarray(component.covariance, dtype=np.float64)
+    C = (C * np.eye(2) if C.ndim == 0 else np.diag(C) if C.ndim == 1 else C)[:2, :2]
+    offset = np.stack(np.meshgrid(x - component.mean[0], y - component.mean[1], indexing="ij"), axis=-1)
+    exponent = np.einsum("xyi,ij,xyj->xy", offset, np.linalg.inv(C), offset)
+    values: Array = component.weight / np.sqrt(np.linalg.det(C)) * np.exp(-0.5 * exponent)
+    return values

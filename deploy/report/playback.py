@@ -1,0 +1,89 @@
+"""What the page's 3-D playback needs: scene, flown and planned positions on one grid, phases, meetings' range."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deploy.analysis.record import FlightAnalysis
+from deploy.report.heat import heat_image
+from deploy.report.packing import floats
+from missions.arrays import Array
+from planner.trajectory.encode import decode
+
+_RATE = 20.0  # Hz
+_MOST_SAMPLES = 400_000  # positions of one kind; longer flights are played with coarser steps
+
+
+def zero_time(analysis: FlightAnalysis) -> float:
+    """Flight clock [s] at the page's t = 0: the start of the search, or of the log if there was no search."""
+    if analysis.window is not None:
+        return analysis.window.start
+    return float(analysis.motion.t[0]) if analysis.motion is not None else 0.0
+
+
+def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
+    """Scene and motion; times are mission times [s], positions metres in the world frame."""
+    mission = analysis.flight_plan.mission
+    names = [robot.name for robot in mission.robots]
+    t = _grid(analysis, len(names))
+    lower, upper = list(mission.workspace.lower), list(mission.workspace.upper)
+    altitude = mission.flight.altitude
+    flown, planned = _flown(analysis, t), _planned(analysis, t)
+    return {
+        "robots": names,
+        "lower": [*lower[:2], lower[2] if len(lower) == 3 else 0.0],
+        "upper": [*upper[:2], upper[2] if len(upper) == 3 else altitude],
+        "range": mission.connectivity.range,
+        "altitude": altitude,
+        "obstacles": [{"x": o.center[0], "y": o.center[1], "r": o.radius} for o in mission.obstacles],
+        "heat": heat_image(mission),
+        "t0": float(t[0]),
+        "dt": float(t[1] - t[0]),
+        "n": len(t),
+        "duration": mission.horizon.duration,
+        "flown": floats(flown),
+        "planned": floats(planned),
+        "phases": phases(analysis),
+    }
+
+
+def phases(analysis: FlightAnalysis) -> list[dict[str, object]]:
+    """Phases of the flight with their begin and end in mission time [s]."""
+    zero, last = zero_time(analysis), ""
+    spans: list[dict[str, object]] = []
+    end = max((float(series.t[-1]) for series in analysis.record.series.values() if len(series)), default=zero)
+    for event in analysis.record.events:
+        if event.phase and event.phase != last:
+            if spans:
+                spans[-1]["end"] = event.t - zero
+            spans.append({"name": event.phase.replace("_", " "), "begin": event.t - zero, "end": end - zero})
+            last = event.phase
+    return spans
+
+
+def _grid(analysis: FlightAnalysis, robots: int) -> Array:
+    zero = zero_time(analysis)
+    if analysis.motion is None:
+        begin, end = 0.0, analysis.flight_plan.mission.horizon.duration
+    else:
+        begin, end = float(analysis.motion.t[0]) - zero, float(analysis.motion.t[-1]) - zero
+    step = max(1.0 / _RATE, (end - begin) * robots / _MOST_SAMPLES)
+    return begin + step * np.arange(max(2, int((end - begin) / step) + 1), dtype=np.float64)
+
+
+def _flown(analysis: FlightAnalysis, t: Array) -> Array:
+    """(S, N, 3), the nearest sample in time, NaN where nobody saw the robot."""
+    motion = analysis.motion
+    if motion is None:
+        return np.full((len(t), len(analysis.flight_plan.mission.robots), 3), np.nan)
+    nearest = np.clip(np.searchsorted(motion.t, t + zero_time(analysis) - 1e-9), 0, len(motion.t) - 1)
+    return motion.q[nearest]
+
+
+def _planned(analysis: FlightAnalysis, t: Array) -> Array:
+    """(S, N, 3) of the certified trajectories; NaN outside the search."""
+    plan = analysis.flight_plan
+    references = [decode(plan.trajectories[robot.name]) for robot in plan.mission.robots]
+    q = np.stack([reference.evaluate(t)[:, :3] for reference in references], axis=1)
+    q[(t < 0.0) | (t > max(reference.duration for reference in references))] = np.nan
+    return q

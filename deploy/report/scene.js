@@ -1,0 +1,222 @@
+// The flight in three dimensions: an orthographic view, so that the floor's image needs one affine transform only.
+
+const scene = (() => {
+  const canvas = document.getElementById("scene");
+  const flown = floats(play.flown), planned = floats(play.planned);
+  const N = play.robots.length;
+  const lower = play.lower, upper = play.upper;
+  const centre = [(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, upper[2] / 2];
+  const HOME = { yaw: -0.55, pitch: 0.72, zoom: 1, panX: 0, panY: 0 };
+  const camera = { ...HOME };
+  let project = null, scale = 1, heat = null;
+
+  const index = () => Math.min(play.n - 1, Math.max(0, Math.round((cursor.t - play.t0) / play.dt)));
+  const at = (positions, k, i) => {
+    const o = 3 * (k * N + i);
+    return [positions[o], positions[o + 1], positions[o + 2]];
+  };
+  const known = (p) => !Number.isNaN(p[0]);
+
+  function aim(width, height) {
+    const c = Math.cos(camera.yaw), s = Math.sin(camera.yaw), sp = Math.sin(camera.pitch), cp = Math.cos(camera.pitch);
+    const corners = [];
+    for (const x of [lower[0], upper[0]]) for (const y of [lower[1], upper[1]]) for (const z of [0, upper[2]]) corners.push([x, y, z]);
+    const view = (p) => {
+      const x = p[0] - centre[0], y = p[1] - centre[1], z = p[2] - centre[2];
+      const depth = -s * x + c * y;
+      return [c * x + s * y, z * cp + depth * sp, depth * cp - z * sp];
+    };
+    // The scale depends on the box alone, not on the angle: turning does not breathe.
+    const radius = Math.hypot(upper[0] - lower[0], upper[1] - lower[1]) / 2;
+    const tall = radius * Math.abs(sp) + upper[2] * cp / 2;
+    scale = camera.zoom * 0.9 * Math.min(width / 2 / radius, height / 2 / Math.max(tall, radius * 0.55));
+    project = (p) => {
+      const v = view(p);
+      return [width / 2 + camera.panX + v[0] * scale, height / 2 + camera.panY - v[1] * scale, v[2]];
+    };
+  }
+
+  function paintHeat() {
+    const { width, height, data: text } = play.heat;
+    const values = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    heat = document.createElement("canvas");
+    heat.width = width; heat.height = height;
+    const context = heat.getContext("2d"), image = context.createImageData(width, height);
+    const [r, g, b] = colours.heat.split(",").map(Number);
+    for (let k = 0; k < values.length; k++) image.data.set([r, g, b, values[k] * 0.55], 4 * k);
+    context.putImageData(image, 0, 0);
+  }
+
+  function path(context, points, close) {
+    context.beginPath();
+    points.forEach((p, k) => (k ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
+    if (close) context.closePath();
+  }
+
+  function drawFloor(context) {
+    const o = project([lower[0], lower[1], 0]), x = project([upper[0], lower[1], 0]), y = project([lower[0], upper[1], 0]);
+    context.save();
+    context.transform((x[0] - o[0]) / heat.width, (x[1] - o[1]) / heat.width, (y[0] - o[0]) / heat.height, (y[1] - o[1]) / heat.height, o[0], o[1]);
+    context.imageSmoothingEnabled = true;
+    context.drawImage(heat, 0, 0);
+    context.restore();
+    context.strokeStyle = colours.line; context.lineWidth = 1;
+    const step = ticks(0, Math.max(upper[0] - lower[0], upper[1] - lower[1]), 7)[1] || 1;
+    for (let v = Math.ceil(lower[0] / step) * step; v <= upper[0] + 1e-9; v += step) { path(context, [project([v, lower[1], 0]), project([v, upper[1], 0])]); context.stroke(); }
+    for (let v = Math.ceil(lower[1] / step) * step; v <= upper[1] + 1e-9; v += step) { path(context, [project([lower[0], v, 0]), project([upper[0], v, 0])]); context.stroke(); }
+    context.strokeStyle = colours.soft; context.lineWidth = 1.25;
+    path(context, [o, x, project([upper[0], upper[1], 0]), y], true);
+    context.stroke();
+    context.fillStyle = colours.soft; context.font = FONT; context.textAlign = "center"; context.textBaseline = "middle";
+    const label = (text, p) => { const q = project(p); context.fillText(text, q[0], q[1]); };
+    const far = 0.06 * Math.max(upper[0] - lower[0], upper[1] - lower[1]);
+    label("x " + (+upper[0].toFixed(2)) + " m", [upper[0], lower[1] - far, 0]);
+    label("y " + (+upper[1].toFixed(2)) + " m", [lower[0] - far, upper[1], 0]);
+    label((+lower[0].toFixed(2)) + ", " + (+lower[1].toFixed(2)), [lower[0] - far * 0.7, lower[1] - far * 0.7, 0]);
+  }
+
+  function hull(points) {
+    const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    const half = (list) => {
+      const out = [];
+      for (const p of list) {
+        while (out.length > 1) {
+          const [a, b] = out.slice(-2);
+          if ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0) break;
+          out.pop();
+        }
+        out.push(p);
+      }
+      return out.slice(0, -1);
+    };
+    return half(sorted).concat(half(sorted.reverse()));
+  }
+
+  function drawObstacle(context, obstacle) {
+    const ring = (z) => Array.from({ length: 40 }, (_, k) => project([obstacle.x + obstacle.r * Math.cos(k * Math.PI / 20), obstacle.y + obstacle.r * Math.sin(k * Math.PI / 20), z]));
+    const bottom = ring(0), top = ring(upper[2] * 1.15);
+    context.fillStyle = `rgba(${colours.obstacle}, .16)`; context.strokeStyle = `rgba(${colours.obstacle}, .55)`; context.lineWidth = 1;
+    path(context, hull(bottom.concat(top)), true); context.fill(); context.stroke();
+    path(context, top, true); context.fillStyle = `rgba(${colours.obstacle}, .18)`; context.fill(); context.stroke();
+  }
+
+  function line(context, positions, i, from, to) {
+    context.beginPath();
+    let pen = false;
+    for (let k = from; k <= to; k++) {
+      const p = at(positions, k, i);
+      if (!known(p)) { pen = false; continue; }
+      const q = project(p);
+      if (pen) context.lineTo(q[0], q[1]); else context.moveTo(q[0], q[1]);
+      pen = true;
+    }
+    context.stroke();
+  }
+
+  function drawTrails(context, k) {
+    const recent = Math.max(0, k - Math.round(3 / play.dt));
+    context.lineJoin = context.lineCap = "round";
+    for (let i = 0; i < N; i++) {
+      context.strokeStyle = robotColour(i);
+      if (document.getElementById("show-plan").checked) {
+        context.globalAlpha = 0.45; context.lineWidth = 1; context.setLineDash([4, 4]);
+        line(context, planned, i, 0, play.n - 1);
+        context.setLineDash([]);
+      }
+      if (document.getElementById("show-trails").checked) {
+        context.globalAlpha = 0.4; context.lineWidth = 1.5; line(context, flown, i, 0, k);
+        context.globalAlpha = 1; context.lineWidth = 2.5; line(context, flown, i, recent, k);
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  function drawEdges(context, k) {
+    if (play.range === null || !document.getElementById("show-edges").checked) return;
+    context.strokeStyle = colours.ink; context.lineWidth = 1.75;
+    for (let i = 0; i < N; i++) for (let j = i + 1; j < N; j++) {
+      const a = at(flown, k, i), b = at(flown, k, j);
+      if (known(a) && known(b) && Math.hypot(a[0] - b[0], a[1] - b[1]) <= play.range && Math.min(a[2], b[2]) > 0.1) {
+        path(context, [project(a), project(b)]); context.stroke();
+      }
+    }
+  }
+
+  function drawRobots(context, k) {
+    const order = Array.from({ length: N }, (_, i) => i).filter((i) => known(at(flown, k, i)));
+    order.sort((a, b) => project(at(flown, k, b))[2] - project(at(flown, k, a))[2]);
+    for (let i = 0; i < N; i++) {
+      const p = at(planned, k, i);
+      if (!known(p) || !document.getElementById("show-plan").checked) continue;
+      const q = project(p);
+      context.strokeStyle = robotColour(i); context.lineWidth = 1.5;
+      context.beginPath(); context.arc(q[0], q[1], 9, 0, 2 * Math.PI); context.stroke();
+    }
+    for (const i of order) {
+      const p = at(flown, k, i), q = project(p), ground = project([p[0], p[1], 0]);
+      context.strokeStyle = colours.soft; context.globalAlpha = 0.5; context.lineWidth = 1;
+      path(context, [q, ground]); context.stroke();
+      context.fillStyle = colours.ink; context.globalAlpha = 0.18;
+      context.beginPath(); context.ellipse(ground[0], ground[1], 7, 7 * Math.abs(Math.sin(camera.pitch)), 0, 0, 2 * Math.PI); context.fill();
+      context.globalAlpha = 1; context.fillStyle = robotColour(i);
+      context.beginPath(); context.arc(q[0], q[1], 6, 0, 2 * Math.PI); context.fill();
+      context.strokeStyle = colours.card; context.lineWidth = 1.5; context.stroke();
+      context.font = "600 " + FONT; context.textAlign = "left"; context.textBaseline = "middle";
+      context.strokeStyle = colours.card; context.lineWidth = 3; context.lineJoin = "round";
+      context.strokeText(play.robots[i], q[0] + 13, q[1] - 9); context.fillText(play.robots[i], q[0] + 13, q[1] - 9);
+    }
+  }
+
+  function drawClock() {
+    const clock = document.getElementById("clock"), phase = play.phases.filter((p) => p.begin <= cursor.t + 1e-6).pop();
+    clock.innerHTML = "<b></b><span></span>";
+    clock.firstChild.textContent = cursor.t.toFixed(1) + " s";
+    clock.lastChild.textContent = phase ? phase.name : "";
+  }
+
+  function draw() {
+    const { context, width, height } = fit(canvas);
+    if (!width) return;
+    aim(width, height);
+    const k = index();
+    drawFloor(context);
+    const behind = play.obstacles.slice().sort((a, b) => project([b.x, b.y, 0])[2] - project([a.x, a.y, 0])[2]);
+    behind.forEach((obstacle) => drawObstacle(context, obstacle));
+    drawTrails(context, k);
+    drawEdges(context, k);
+    drawRobots(context, k);
+    drawClock();
+  }
+
+  function look(change) { Object.assign(camera, change); draw(); }
+
+  let grip = null;
+  canvas.addEventListener("pointerdown", (e) => { grip = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+  canvas.addEventListener("pointerup", () => { grip = null; });
+  canvas.addEventListener("pointercancel", () => { grip = null; });
+  canvas.addEventListener("pointermove", (e) => {
+    if (!grip) return;
+    const dx = e.clientX - grip[0], dy = e.clientY - grip[1];
+    grip = [e.clientX, e.clientY];
+    if (e.shiftKey || e.buttons & 2) look({ panX: camera.panX + dx, panY: camera.panY + dy });
+    else look({ yaw: camera.yaw + dx * 0.008, pitch: Math.min(Math.PI / 2, Math.max(0.05, camera.pitch + dy * 0.008)) });
+  });
+  canvas.addEventListener("contextmenu", (e) => e.preventDefault());
+  canvas.addEventListener("wheel", (e) => {
+    if (document.activeElement !== canvas && !e.ctrlKey) return; // scrolling past must not zoom
+    e.preventDefault();
+    look({ zoom: Math.min(12, Math.max(0.4, camera.zoom * Math.exp(-e.deltaY * 0.0015))) });
+  }, { passive: false });
+  document.getElementById("reset").addEventListener("click", () => look(HOME));
+  document.getElementById("top").addEventListener("click", () => look({ ...HOME, yaw: 0, pitch: Math.PI / 2 }));
+  for (const id of ["show-plan", "show-trails", "show-edges"]) document.getElementById(id).addEventListener("change", draw);
+
+  const legend = document.getElementById("legend");
+  play.robots.forEach((name, i) => {
+    const item = document.createElement("li");
+    item.textContent = name;
+    item.style.setProperty("--c", `var(--r${i % 8})`);
+    legend.append(item);
+  });
+  return { draw, restyle: paintHeat };
+})();

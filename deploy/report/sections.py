@@ -1,0 +1,242 @@
+"""The parts of the page that are words and tables; every text that comes from outside is escaped here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from html import escape
+
+from deploy.analysis.record import FlightAnalysis
+from deploy.analysis.verdict import Level
+from deploy.report.playback import zero_time
+
+_SYMBOLS = {Level.PASS: "✓", Level.WARN: "!", Level.FAIL: "✕"}
+_MOST_EVENTS = 400
+
+
+def number(value: float | None, digits: int = 2, unit: str = "") -> str:
+    """A figure, or a dash when there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    return f"{value:.{digits}f}{' ' + unit if unit else ''}"
+
+
+def scientific(value: float) -> str:
+    """A figure like 1.9e-3, or a dash."""
+    return "–" if not math.isfinite(value) else f"{value:.2e}".replace("e-0", "e-").replace("e+0", "e")
+
+
+def verdict(analysis: FlightAnalysis) -> str:
+    """The verdict, its reasons, and everything else that was judged."""
+    level = analysis.verdict.level
+    words = {
+        Level.PASS: "The flight did what was planned.",
+        Level.WARN: "The flight was flown, with reservations.",
+        Level.FAIL: "The flight did not do what was planned.",
+    }
+    findings = list(analysis.verdict.findings)
+    first = findings[:3] if level is Level.PASS else [item for item in findings if item.level is not Level.PASS][:5]
+    rest = [item for item in findings if item not in first]
+
+    def line(level: Level, name: str, text: str) -> str:
+        mark = f'<span class="mark {level.name.lower()}" aria-label="{level.name}">{_SYMBOLS[level]}</span>'
+        return f"<li>{mark}<span><b>{escape(name)}</b> {escape(text)}</span></li>"
+
+    more = ""
+    if rest:
+        listing = "".join(line(item.level, item.name, item.text) for item in rest)
+        more = f"<details><summary>{len(rest)} more findings</summary><ul>{listing}</ul></details>"
+    reasons = "".join(line(item.level, item.name, item.text) for item in first)
+    return (
+        f'<div class="verdict {level.name.lower()}"><p class="level">{level.name}</p>'
+        f'<div><p class="words">{words[level]}</p><ul>{reasons}</ul>{more}</div></div>'
+    )
+
+
+def figures(analysis: FlightAnalysis) -> str:
+    """The key figures as tiles."""
+    covered, apart = analysis.coverage, analysis.separation
+    flown = covered.flown
+    errors = [item.mean for item in analysis.tracking if not math.isnan(item.mean)]
+    batteries = [item.smallest for item in analysis.batteries if not math.isnan(item.smallest)]
+    met = "–"
+    if flown is not None and analysis.meetings:
+        met = f"{sum(all(pair.met) for pair in analysis.meetings)} of {len(analysis.meetings)}"
+    tiles = [
+        ("Ergodicity flown", scientific(flown.ergodicity if flown else math.nan), "E of the search as it was flown"),
+        ("certified", scientific(covered.certified.ergodicity), "E of the bytes that were uploaded"),
+        ("planned", scientific(covered.planned.ergodicity), "E of the solver's plan"),
+        ("Tracking error", number(100 * sum(errors) / len(errors) if errors else None, 1, "cm"), "mean of all robots"),
+        ("Separation", number(apart.smallest if apart else None, 2, "m"), "smallest of the flight"),
+        ("Pairs that met", met, "in every sub-period"),
+        ("Battery", number(min(batteries, default=math.nan), 2, "V"), "lowest of the flight"),
+    ]
+    return "".join(
+        f'<div class="tile"><dt>{name}</dt><dd>{escape(value)}</dd><p>{note}</p></div>' for name, value, note in tiles
+    )
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[str]], caption: str, numeric: Sequence[int] = ()) -> str:
+    """A table of escaped cells; ``numeric`` columns are right-aligned."""
+    kind = ['class="n"' if i in numeric else "" for i in range(len(headings))]
+    head = "".join(f"<th scope=col {kind[i]}>{escape(text)}</th>" for i, text in enumerate(headings))
+    body = "".join(
+        "<tr>" + "".join(f"<td {kind[i]}>{escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>" for row in rows
+    )
+    return (
+        f'<div class="scroll"><table><caption>{escape(caption)}</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def indicators_table(analysis: FlightAnalysis) -> str:
+    """The papers' indicators for plan, bytes and flight side by side."""
+    found = analysis.coverage
+    columns = [found.planned, found.certified, found.flown]
+
+    def row(name: str, values: Iterable[str]) -> list[str]:
+        return [name, *values]
+
+    def each(field: str, digits: int) -> list[str]:
+        return [number(getattr(item, field), digits) if item else "–" for item in columns]
+
+    rows = [
+        row("Ergodicity E", [scientific(item.ergodicity) if item else "–" for item in columns]),
+        row("Share of pair-times within range", each("connected_share", 3)),
+        row("Worst connection probability P", each("probability_worst", 3)),
+        row("Mean connection probability P", each("probability_mean", 3)),
+        row("Every pair met in every sub-period", [_yes(item.all_met) if item else "–" for item in columns]),
+        row("Smallest separation [m]", each("smallest_separation", 3)),
+        row("Smallest obstacle clearance [m]", each("smallest_clearance", 3)),
+    ]
+    return table(["", "planned", "certified", "flown"], rows, "Indicators of the search", (1, 2, 3))
+
+
+def probability_table(analysis: FlightAnalysis) -> str:
+    """P per pair and sub-period, certified and flown, and whether they truly met."""
+    pairs = [pair for pair in analysis.meetings if pair.probability_certified]
+    if not pairs:
+        return ""
+    threshold = getattr(analysis.flight_plan.mission.connectivity, "threshold", None)
+    count = max(len(pair.probability_certified) for pair in pairs)
+    headings = ["pair", *(f"{i + 1}: {word}" for i in range(count) for word in ("certified", "flown", "met"))]
+    rows = []
+    for pair in pairs:
+        row = ["–".join(pair.robots)]
+        for i in range(count):
+            flown = number(pair.probability_flown[i], 3) if pair.probability_flown else "–"
+            row += [number(pair.probability_certified[i], 3), flown, _yes(pair.met[i]) if pair.met else "–"]
+        rows.append(row)
+    asked = f"; the mission asks for at least {threshold:g}" if threshold is not None else ""
+    caption = f"Connection probability P by sub-period{asked}"
+    return table(headings, rows, caption, tuple(range(1, 3 * count + 1)))
+
+
+def robots_table(analysis: FlightAnalysis) -> str:
+    """One line a robot: tracking, lag, battery, link, poses."""
+    rows = []
+    tracks = {item.robot: item for item in analysis.tracking}
+    for battery, link, feed in zip(analysis.batteries, analysis.links, analysis.feeds, strict=True):
+        track = tracks.get(battery.robot)
+        errors = (track.mean, track.p95, track.largest) if track else (math.nan,) * 3
+        lag = track.mean_lag if track else math.nan
+        rows.append(
+            [
+                battery.robot,
+                *(number(100 * value, 1) for value in errors),
+                number(1000 * lag, 0),
+                number(battery.start),
+                number(battery.smallest),
+                number(link.latency_median, 1),
+                number(link.latency_p95, 1),
+                str(link.lost) if link.reports else "–",
+                number(feed.rate, 0),
+                number(feed.longest_gap, 2),
+            ]
+        )
+    headings = ["robot", "mean [cm]", "95 % [cm]", "largest [cm]", "lag [ms]", "battery [V]", "lowest [V]"]
+    headings += ["latency [ms]", "95 % [ms]", "lost", "poses [Hz]", "longest gap [s]"]
+    return table(headings, rows, "Robots: tracking error, battery, radio, motion capture", tuple(range(1, 12)))
+
+
+def certificate_table(analysis: FlightAnalysis) -> str:
+    """What was proved of the bytes before they flew."""
+    rows = [
+        [
+            "✓" if check.passed else "✕",
+            check.name,
+            f"{check.value:.4g} {check.unit}",
+            f"{check.relation.replace('>=', '≥').replace('<=', '≤')} {check.limit:.4g} {check.unit}",
+            check.where,
+            number(check.time, 2, "s"),
+        ]
+        for check in analysis.flight_plan.certificate.checks
+    ]
+    return table(["", "check", "worst value", "allowed", "where", "when"], rows, "Certificate of the bytes", (2, 3, 5))
+
+
+def preflight_table(analysis: FlightAnalysis) -> str:
+    """The pre-flight checks as they were logged; empty if there are none."""
+    events = [event for event in analysis.record.events if event.name == "preflight"]
+    if not events:
+        return ""
+    marks = {"info": "✓", "warning": "!", "fault": "✕"}
+    rows = [[marks.get(event.level, ""), event.robot or "all", event.text] for event in events]
+    return table(["", "robot", "found"], rows, "Pre-flight checks")
+
+
+def events_table(analysis: FlightAnalysis) -> str:
+    """Everything that happened, in mission time."""
+    zero = zero_time(analysis)
+    events = [event for event in analysis.record.events if event.name != "preflight"]
+    rows = [
+        [number(event.t - zero, 2), event.phase, event.robot, event.level, event.name, event.text]
+        for event in events[:_MOST_EVENTS]
+    ]
+    caption = "Events; time in seconds since the start of the search"
+    if len(events) > _MOST_EVENTS:
+        caption += f" (the first {_MOST_EVENTS} of {len(events)})"
+    return table(["t [s]", "phase", "robot", "level", "event", "text"], rows, caption, (0,))
+
+
+def provenance_table(analysis: FlightAnalysis) -> str:
+    """Where all this comes from: versions, seeds, hashes, the state of the log."""
+    record, plan = analysis.record, analysis.flight_plan
+    source = plan.mission.source
+    rows = [
+        ["flown", "simulated" if analysis.simulated else "on hardware"],
+        ["began", _date(record.epoch, analysis.simulated)],
+        ["log", "complete" if record.complete else "incomplete: " + "; ".join(record.problems)],
+        ["records dropped", str(record.dropped)],
+        ["positions from", {"pose": "motion capture", "estimate": "the drones' own estimates"}[analysis.motion.source]]
+        if analysis.motion
+        else ["positions from", "nowhere"],
+        ["mission SHA-256", source.sha256 if source else "–"],
+        ["plan seed", str(plan.plan.seed)],
+        ["planned with", ", ".join(f"{name} {version}" for name, version in sorted(plan.versions.items()))],
+    ]
+    hidden = {"format", "clock_epoch_ns", "simulation", *plan.versions}
+    rows += [[name, value] for name, value in sorted(record.metadata.items()) if name not in hidden]
+    return table(["", ""], rows, "Provenance")
+
+
+def simulation(analysis: FlightAnalysis) -> str:
+    """What the simulation models, in its own words; empty for hardware flights."""
+    text = analysis.record.metadata.get("simulation", "")
+    if not analysis.simulated or not text:
+        return ""
+    return (
+        "<section id=simulation><h2>What the simulation covers</h2>"
+        f'<details><summary>modelled, ideal, absent</summary><pre tabindex="0">{escape(text)}</pre></details></section>'
+    )
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def _date(epoch: float, simulated: bool) -> str:
+    if simulated:
+        return "simulated time"
+    return datetime.fromtimestamp(epoch, tz=UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
