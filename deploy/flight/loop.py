@@ -251,6 +251,9 @@ class Flight:
                 self.fleet[name].resend(reply)
             return reply, None
         code = highlevel.return_code(reply.payload)
+        if code == highlevel.REFUSED and reply.repeated:
+            # The first copy was heard and only its answer lost: the drone is already doing it.
+            return reply, 0
         if code == highlevel.BUSY and since >= BUSY_RETRY - 1e-9:
             return self.fleet[name].send(reply.request), code
         return reply, code

@@ -14,14 +14,15 @@ from deploy.radio.requests import Request
 PORT = 8
 EVERYBODY = 0  # group mask: applies to every drone that hears it
 
+REFUSED = 1  # take-off from anything but idle; landing while landing
+BUSY = errno.EBUSY
+
 _REFUSALS = {
     0: "accepted",
-    1: "refused by the planner (not allowed from what the drone is doing)",
+    REFUSED: "refused by the planner (not allowed from what the drone is doing)",
     errno.ENOEXEC: "refused: unknown command, trajectory id above 30, or a compressed trajectory stretched or reversed",
     errno.EBUSY: "refused: the supervisor forbids flight (not armed, not ready, tumbled, crashed or locked)",
 }
-
-BUSY = errno.EBUSY
 
 
 def meaning(code: int) -> str:
@@ -30,8 +31,8 @@ def meaning(code: int) -> str:
 
 
 def return_code(answer: bytes) -> int:
-    """Return code in an answer."""
-    return answer[3] if len(answer) > 3 else 0
+    """Return code in an answer; 255 in one that is too short to hold any."""
+    return answer[3] if len(answer) > 3 else 0xFF
 
 
 def _command(what: str, payload: bytes) -> Request:

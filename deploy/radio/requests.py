@@ -53,11 +53,12 @@ class Reply:
         request: what was asked.
         sent: flight time it was (last) sent at [s].
         arrived: flight time the answer came at [s]; None until then.
+        repeated: whether it was sent more than once: then the answer may be to the second copy.
         payload: the whole answer; empty until then.
     """
 
     def __init__(self, request: Request, sent: float) -> None:
-        self.request, self.sent = request, sent
+        self.request, self.sent, self.repeated = request, sent, False
         self.arrived: float | None = None
         self.payload = b""
         self._event = threading.Event()
@@ -103,7 +104,7 @@ class Requests:
 
     def resend(self, reply: Reply) -> None:
         """Send the request of an unanswered reply again."""
-        reply.sent = self._now()
+        reply.sent, reply.repeated = self._now(), True
         self.transmit(reply.request.port, reply.request.channel, reply.request.payload)
 
     def ask(self, request: Request, *, timeout: float = 0.3, tries: int = 6) -> bytes:

@@ -340,31 +340,68 @@ def test_a_start_that_is_accepted_and_not_flown_is_noticed(bench, monkeypatch):
     assert gentle(truth)
 
 
-def swallow(monkeypatch, *, reach):
-    """Lose the answer to cf1's first trajectory start; ``reach``: whether the command itself arrives."""
-    honest, lost = Requests.send, []
+def spoil(monkeypatch, command, answer):
+    """cf1's first command of a kind does not reach the drone; ``answer`` comes back, or nothing."""
+    honest, spoilt = Requests.send, []
 
-    def lossy(link, request):
-        if request.what == "start trajectory" and link._name == "cf1" and not lost:
-            lost.append(request)
-            if reach:
-                link.transmit(request.port, request.channel, request.payload)
-                return Reply(request, link._now())
-            reply = Reply(request, link._now())
+    def send(link, request):
+        if request.what != command or link._name != "cf1" or spoilt:
+            return honest(link, request)
+        spoilt.append(request)
+        reply = Reply(request, link._now())
+        if answer is None:
             link._pending.setdefault(request.key, []).append(reply)
-            return reply
-        return honest(link, request)
+        else:
+            reply.fill(request.payload[:3] + bytes([answer]), link._now())
+        return reply
 
-    monkeypatch.setattr(Requests, "send", lossy)
+    monkeypatch.setattr(Requests, "send", send)
 
 
-@pytest.mark.parametrize(("reach", "text"), [(True, "but it flies"), (False, "repeated once")])
-def test_a_start_whose_answer_is_lost_is_cleared_up(bench, monkeypatch, reach, text):
-    swallow(monkeypatch, reach=reach)
-    outcome, _, _truth = bench()
+def deafen(monkeypatch, code):
+    """cf1's first answer to a command is lost; the command itself arrives."""
+    honest, lost = Requests._incoming, []
+
+    def incoming(link, packet):
+        if packet.port == highlevel.PORT and packet.data[0] == code and link._name == "cf1" and not lost:
+            lost.append(packet)
+        else:
+            honest(link, packet)
+
+    monkeypatch.setattr(Requests, "_incoming", incoming)
+    return lost
+
+
+def test_a_start_that_is_lost_is_repeated(bench, monkeypatch):
+    spoil(monkeypatch, "start trajectory", None)
+    outcome, _, _ = bench()
     assert outcome.phase is Phase.LANDED
-    assert any(text in warning for warning in outcome.warnings)
+    assert any("repeated once" in warning for warning in outcome.warnings)
     assert max(outcome.largest_error.values()) < 0.15
+
+
+def test_a_start_whose_answer_is_lost_is_not_repeated(bench, monkeypatch):
+    lost = deafen(monkeypatch, 0x0D)
+    outcome, _, _ = bench()
+    assert lost
+    assert outcome.phase is Phase.LANDED
+    assert any("not answered, but it flies" in warning for warning in outcome.warnings)
+    assert max(outcome.largest_error.values()) < 0.05
+
+
+@pytest.mark.parametrize("answer", [highlevel.BUSY, None])
+def test_a_take_off_that_is_not_taken_is_repeated(bench, monkeypatch, answer):
+    spoil(monkeypatch, "take-off", answer)
+    outcome, _, truth = bench()
+    assert outcome.completed, outcome
+    assert np.abs(truth[:, 0, 2] - truth[:, 1, 2]).max() < 0.15
+
+
+def test_a_take_off_whose_answer_is_lost_is_no_refusal(bench, monkeypatch):
+    lost = deafen(monkeypatch, 0x07)
+    outcome, _, _ = bench()
+    assert lost
+    assert outcome.completed, outcome
 
 
 def test_a_bug_in_flight_lands_everybody_before_it_is_reported(bench):
