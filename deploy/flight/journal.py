@@ -66,6 +66,7 @@ class Journal:
             rssi=_known(state.rssi),
             sent=state.sent,
             received=state.received,
+            lost=state.unanswered,
         )
 
 

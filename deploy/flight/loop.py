@@ -332,4 +332,6 @@ class Flight:
     def _record_health(self, now: float) -> None:
         self.poses.record_health(now)
         for drone in self.fleet.values():
-            self.journal.link(now, drone)
+            drone.ping()
+            if self.phases.now is not Phase.IDLE:
+                self.journal.link(now, drone)

@@ -8,6 +8,7 @@
     highlevel.py   the high-level commander's commands and return codes, as bytes
     memory.py      chunks of the drone's memories
     parameters.py  on-board parameters, written and read back
+    ping.py        round trips by the flight's clock
     telemetry.py   log blocks and the records made of them
     supervisor.py  the supervisor's state word
     simulated/     sim://…, a driver like any other

@@ -24,6 +24,7 @@ from deploy.errors import CommandRefused, LinkError
 from deploy.radio import highlevel, memory, parameters, telemetry
 from deploy.radio.links import NO_DONGLE
 from deploy.radio.memory import MemoryInfo
+from deploy.radio.ping import Pings
 from deploy.radio.requests import Reply, Request, Requests
 from deploy.radio.supervisor import Supervisor
 
@@ -40,9 +41,9 @@ class LinkState:
     """Quality of one link.
 
     Attributes:
-        latency: 95th percentile of the round trip [ms]; NaN before the first answer.
+        latency: longest of the last round trips [ms]; NaN before the first answer.
         quality: share of packets acknowledged [%]; NaN if the driver does not say. rssi: [dBm], NaN likewise.
-        sent, received: packets so far.
+        sent, received: packets so far. unanswered: pings that were lost.
         heard: flight time of the last packet [s]; -inf before the first.
         lost: why the link is gone; empty while it is up.
     """
@@ -52,6 +53,7 @@ class LinkState:
     rssi: float = math.nan
     sent: int = 0
     received: int = 0
+    unanswered: int = 0
     heard: float = -math.inf
     lost: str = ""
 
@@ -76,7 +78,8 @@ class Drone:
         self._ready = threading.Event()  # connected for good, or failed
         self._connected = False
         self._failure = self._lost = ""
-        self._statistics = {"latency": math.nan, "quality": math.nan, "rssi": math.nan}
+        self._pings = Pings(self._requests)
+        self._statistics = {"quality": math.nan, "rssi": math.nan}
         self._sent = self._received = 0
         self._heard = -math.inf
         self._tick = 0
@@ -134,7 +137,13 @@ class Drone:
     def link(self) -> LinkState:
         """Quality of the link as of now."""
         return LinkState(
-            **self._statistics, sent=self._sent, received=self._received, heard=self._heard, lost=self._lost
+            self._pings.latency,
+            **self._statistics,
+            sent=self._sent,
+            received=self._received,
+            unanswered=self._pings.lost,
+            heard=self._heard,
+            lost=self._lost,
         )
 
     @property
@@ -248,6 +257,11 @@ class Drone:
         """Give an unanswered command again."""
         self._requests.resend(reply)
 
+    def ping(self) -> None:
+        """Measure the link; see ``ping.py``."""
+        if self.connected:
+            self._pings.ping()
+
     def request_supervisor(self) -> Reply:
         """Ask for the supervisor's state without waiting (protocol 12 and later)."""
         return self._requests.send(_SUPERVISOR)
@@ -284,7 +298,6 @@ class Drone:
         crazyflie.packet_received.add_callback(self._count_received)
         statistics = crazyflie.link_statistics
         for caller, key in (
-            (statistics.latency_updated, "latency"),
             (statistics.link_quality_updated, "quality"),
             (statistics.uplink_rssi_updated, "rssi"),
         ):

@@ -17,7 +17,14 @@ from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
 
 from deploy.errors import LinkError
 
-ANSWERING_PORTS = (CRTPPort.PARAM, CRTPPort.MEM, CRTPPort.SETPOINT_HL, CRTPPort.SUPERVISOR, CRTPPort.PLATFORM)
+ANSWERING_PORTS = (
+    CRTPPort.PARAM,
+    CRTPPort.MEM,
+    CRTPPort.SETPOINT_HL,
+    CRTPPort.SUPERVISOR,
+    CRTPPort.PLATFORM,
+    CRTPPort.LINKCTRL,
+)
 
 
 @dataclass(frozen=True)
@@ -125,7 +132,7 @@ class Requests:
             self.resend(reply)
         if reply.wait(timeout if self._crazyflie.link is not None else 0.0):
             return reply.payload
-        self._forget(reply)
+        self.forget(reply)
         if self._crazyflie.link is None:
             raise LinkError(f"{self._name}: {request.what}: the link is gone")
         raise LinkError(f"{self._name}: {request.what}: no answer to {tries} requests within {tries * timeout:.1f} s")
@@ -137,7 +144,8 @@ class Requests:
         packet.data = payload
         self._crazyflie.send_packet(packet)
 
-    def _forget(self, reply: Reply) -> None:
+    def forget(self, reply: Reply) -> None:
+        """Wait no longer for an answer."""
         with self._lock:
             waiting = self._pending.get(reply.request.key, [])
             if reply in waiting:

@@ -113,6 +113,9 @@ def test_the_log_holds_the_flight(good):
     assert end - begin == pytest.approx(3.0, abs=0.02)
     for topic, least in (("estimate", 60), ("setpoint", 60), ("reference", 30), ("battery", 60), ("supervisor", 60)):
         assert len(record.series[f"/cf1/{topic}"]) >= least
+    link = record.series["/cf1/link"]
+    assert np.nanmax(link["latency_ms"]) < 11.0  # of simulated time: the computer's load does not show
+    assert link["lost"][-1] == 0
     pose = record.series["/cf1/pose"]
     rate = len(pose) / (pose.t[-1] - pose.t[0])
     assert rate == pytest.approx(50.0, rel=0.1)

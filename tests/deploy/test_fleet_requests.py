@@ -14,6 +14,7 @@ from deploy.radio import highlevel, memory, parameters
 from deploy.radio.fleet import Fleet, FleetError
 from deploy.radio.memory import MemoryInfo
 from deploy.radio.parameters import Parameter
+from deploy.radio.ping import Pings
 from deploy.radio.requests import Request, Requests
 from deploy.radio.supervisor import BITS, Supervisor
 from deploy.radio.telemetry import BLOCKS, TICK_WRAP, Sample, to_record, unwrap
@@ -92,6 +93,26 @@ def test_silence_ends_in_a_link_error_with_a_name():
     scripted.link = None
     with pytest.raises(LinkError, match="cf1: land: the link is gone"):
         link.ask(highlevel.land(0.0, 1.0))
+
+
+def test_pings_measure_round_trips_and_count_what_was_lost():
+    clock, answering = [0.0], [True]
+    scripted = Scripted(lambda port, channel, data: [(channel, data)] if answering[0] else [])
+    pings = Pings(Requests(scripted, lambda: clock[0], "cf1"))
+    assert math.isnan(pings.latency)
+    answering[0] = False
+    pings.ping()
+    clock[0] = 0.03
+    scripted.hear(15, 0, b"\x00" + bytes(8))  # cflib's own ping
+    scripted.hear(15, 0, scripted.sent[-1])
+    answering[0] = True
+    pings.ping()
+    assert pings.latency == pytest.approx(30.0)
+    answering[0] = False
+    pings.ping()
+    pings.ping()
+    assert pings.lost == 1
+    assert all(len(packet) == 9 for packet in scripted.sent)
 
 
 def storage(size=4096, status=0):
