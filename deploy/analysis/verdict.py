@@ -77,7 +77,7 @@ class Evidence:
 
 def judge(evidence: Evidence) -> Verdict:
     """Judge a flight by all of it."""
-    judges = (_completion, _landing, _faults, _separation, _fence, _tracking, _meetings, _health, _log, _certificate)
+    judges = (_completion, _separation, _tracking, _landing, _faults, _meetings, _fence, _health, _log, _certificate)
     findings = [finding for judge_one in judges for finding in judge_one(evidence)]
     return Verdict(tuple(sorted(findings, key=lambda finding: -finding.level)))
 
@@ -129,12 +129,17 @@ def _separation(e: Evidence) -> Iterator[Finding]:
     allowed = e.mission.limits.separation - SEPARATION_ALLOWANCE
     found, pair = e.separation.smallest, "–".join(e.separation.pair)
     level = Level.PASS if found >= allowed else Level.FAIL
-    text = f"smallest separation {found:.3f} m ({pair}, at {e.separation.at:.1f} s); allowed: {allowed:.2f} m"
+    text = f"smallest separation {found:.3f} m ({pair}, {_when(e, e.separation.at)}); allowed: {allowed:.2f} m"
     yield Finding(level, "separation", text)
     if e.separation.clearance < 0.0:
         depth = -e.separation.clearance
         level = Level.FAIL if depth > SEPARATION_ALLOWANCE else Level.WARN
         yield Finding(level, "obstacle", f"{depth:.3f} m inside an obstacle's radius")
+
+
+def _when(e: Evidence, t: float) -> str:
+    """A flight clock time on the page's time axis, which begins with the search."""
+    return f"at {t - e.window.start:.1f} s" if e.window is not None else f"at {t:.1f} s of the flight clock"
 
 
 def _fence(e: Evidence) -> Iterator[Finding]:
@@ -189,7 +194,7 @@ def _health(e: Evidence) -> Iterator[Finding]:
             yield Finding(Level.WARN, "link", f"{link.robot}: link quality fell to {link.quality_smallest:.0f} %")
     for feed in e.feeds:
         if feed.longest_gap > GAP_WARNING:
-            text = f"{feed.robot}: not seen for {feed.longest_gap:.2f} s from {feed.gap_at:.1f} s on"
+            text = f"{feed.robot}: not seen for {feed.longest_gap:.2f} s, {_when(e, feed.gap_at)}"
             yield Finding(Level.WARN, "motion capture", text)
 
 

@@ -22,8 +22,8 @@ def all_charts(analysis: FlightAnalysis) -> list[Chart]:
     """Every chart there is data for, in the order of the page."""
     charts = (
         _ergodicity(analysis),
-        _meetings(analysis),
         _separation(analysis),
+        _meetings(analysis),
         _tracking(analysis),
         _altitude(analysis),
         _battery(analysis),

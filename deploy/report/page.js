@@ -11,9 +11,9 @@ function floats(text) {
 
 const tEnd = play.t0 + play.dt * (play.n - 1);
 
-// The one time cursor [s]. Whoever shows time subscribes.
+// The one time cursor [s]. Whoever shows time subscribes. It begins where the search ends: all of it is to be seen.
 const cursor = {
-  t: Math.min(Math.max(0, play.t0), tEnd),
+  t: Math.min(Math.max(play.duration, play.t0), tEnd),
   listeners: [],
   set(t) {
     this.t = Math.min(tEnd, Math.max(play.t0, t));

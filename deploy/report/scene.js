@@ -17,22 +17,23 @@ const scene = (() => {
   };
   const known = (p) => !Number.isNaN(p[0]);
 
+  function view(p, yaw, pitch) {
+    const c = Math.cos(yaw), s = Math.sin(yaw), sp = Math.sin(pitch), cp = Math.cos(pitch);
+    const x = p[0] - centre[0], y = p[1] - centre[1], z = p[2] - centre[2], depth = c * y - s * x;
+    return [c * x + s * y, z * cp + depth * sp, depth * cp - z * sp];
+  }
+
+  // The scale fits the box as seen at first, and stays when the view turns: turning does not breathe.
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => view([k & 1 ? upper[0] : lower[0], k & 2 ? upper[1] : lower[1], k & 4 ? upper[2] : 0], HOME.yaw, HOME.pitch));
+  const extent = [0, 1].map((d) => [Math.min(...corners.map((p) => p[d])), Math.max(...corners.map((p) => p[d]))]);
+  const middle = (extent[1][0] + extent[1][1]) / 2;
+
   function aim(width, height) {
-    const c = Math.cos(camera.yaw), s = Math.sin(camera.yaw), sp = Math.sin(camera.pitch), cp = Math.cos(camera.pitch);
-    const corners = [];
-    for (const x of [lower[0], upper[0]]) for (const y of [lower[1], upper[1]]) for (const z of [0, upper[2]]) corners.push([x, y, z]);
-    const view = (p) => {
-      const x = p[0] - centre[0], y = p[1] - centre[1], z = p[2] - centre[2];
-      const depth = -s * x + c * y;
-      return [c * x + s * y, z * cp + depth * sp, depth * cp - z * sp];
-    };
-    // The scale depends on the box alone, not on the angle: turning does not breathe.
-    const radius = Math.hypot(upper[0] - lower[0], upper[1] - lower[1]) / 2;
-    const tall = radius * Math.abs(sp) + upper[2] * cp / 2;
-    scale = camera.zoom * 0.9 * Math.min(width / 2 / radius, height / 2 / Math.max(tall, radius * 0.55));
+    const room = Math.min(width / (extent[0][1] - extent[0][0]), height / (extent[1][1] - extent[1][0]));
+    scale = camera.zoom * 0.86 * room;
     project = (p) => {
-      const v = view(p);
-      return [width / 2 + camera.panX + v[0] * scale, height / 2 + camera.panY - v[1] * scale, v[2]];
+      const v = view(p, camera.yaw, camera.pitch);
+      return [width / 2 + camera.panX + v[0] * scale, height / 2 + camera.panY - (v[1] - middle) * scale, v[2]];
     };
   }
 

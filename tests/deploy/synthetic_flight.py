@@ -106,11 +106,18 @@ def write_flight(
     begin = TAKEOFF + SETTLE
     end = begin + duration
     final = end + SETTLE + TAKEOFF
-    log = FlightLog(path, EPOCH, {"plan.mcap": plan_bytes(flown)}, metadata or {"backend": "simulated", "seed": "0"}, "wait")
+    log = FlightLog(
+        path, EPOCH, {"plan.mcap": plan_bytes(flown)}, metadata or {"backend": "simulated", "seed": "0"}, "wait"
+    )
     phases = {0.0: "airborne", TAKEOFF: "transferring", begin: "on_mission", end: "returning", end + SETTLE: "landing"}
+    steps = np.arange(round(final * 50) + 1)
+    tracks = {name: _track(path_, steps / 50, (begin, end, final), lag) for name, path_ in paths.items()}
+    if fault == "drift":
+        away = np.clip((steps / 50 - begin) / (end - begin), 0.0, 1.0)
+        tracks["cf2"][0][:, 0] += 0.35 * np.sin(away * math.pi) ** 2
     with log:
         log.event(0.0, "preflight", "battery of cf1 4.1 V", robot="cf1", value=4.1)
-        for step in range(round(final * 50) + 1):
+        for step in steps.tolist():
             t = step / 50
             for at, phase in phases.items():
                 if abs(at - t) < 1e-9:
@@ -120,45 +127,39 @@ def write_flight(
                         log.event(t, names[at], "all trajectories", phase=phase)
             if fault == "drift" and abs(t - begin - 6.0) < 1e-9:
                 log.event(t, "tracking", "cf2 is 0.31 m off its trajectory", robot="cf2", level="fault", value=0.31)
-            for number, (name, path_) in enumerate(paths.items()):
-                _robot(log, rng, name, number, path_, t, step, (begin, end, final), lag, noise, fault)
+            for number, (name, (truth, asked_for)) in enumerate(tracks.items()):
+                if not (fault == "gap" and name == "cf4" and 3.0 < t - begin < 4.5):
+                    log.pose(name, t, truth[step] + noise * rng.standard_normal(3), (0.0, 0.0, 0.0, 1.0))
+                if step % 5 == 0:
+                    _telemetry(log, rng, name, number, t, (begin, end, final), truth[step], asked_for[step], fault)
         log.event(final, "phase", "landed", phase="landed")
     return flown
 
 
-def _robot(log, rng, name, number, path_, t, step, times, lag, noise, fault) -> None:
-    begin, end, final = times
-    height = min(1.0, t / TAKEOFF, max(0.0, (final - t) / TAKEOFF))
+def _track(path_, t, times, lag) -> tuple[Array, Array]:
+    """Where a robot is and where it is asked to be, (S, 3) each."""
+    begin, _, final = times
 
-    def place(at: float) -> Array:
-        p = path_.evaluate(np.array([at - begin]))[0, :3].copy()
-        p[2] *= height
+    def place(at: Array) -> Array:
+        p = path_.evaluate(at - begin)[:, :3].copy()
+        p[:, 2] *= np.clip(np.minimum(t / TAKEOFF, (final - t) / TAKEOFF), 0.0, 1.0)
         return p
 
-    truth = place(t - lag)
-    if fault == "drift" and name == "cf2" and begin < t < end:
-        truth[0] += 0.35 * math.sin((t - begin) / (end - begin) * math.pi) ** 2
-    hidden = fault == "gap" and name == "cf4" and 3.0 < t - begin < 4.5
-    if not hidden:
-        log.pose(name, t, truth + noise * rng.standard_normal(3), (0.0, 0.0, 0.0, 1.0))
-    if step % 5:
-        return
+    return place(t - lag), place(t)
+
+
+def _telemetry(log, rng, name, number, t, times, truth, asked_for, fault) -> None:
+    begin, end, final = times
+    step = round(t * 50)
     log.estimate(name, t, truth, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), tick=step * 20)
-    log.setpoint(name, t, place(t))
+    log.setpoint(name, t, asked_for)
     if begin <= t <= end:
-        log.reference(name, t, path_.evaluate(np.array([t - begin]))[0, :3])
+        log.reference(name, t, asked_for)
     drain = 1.1 if fault == "battery" and name == "cf3" else 0.35
-    log.battery(name, t, 4.05 - drain * t / final - (0.12 if height > 0.1 else 0.0), level=80.0, state=0)
+    low = 3 if fault == "battery" and name == "cf3" and t > end else 0
+    log.battery(name, t, 4.05 - drain * t / final - (0.12 if 0.1 < t < final else 0.0), level=80.0, state=low)
     lost = step // 20 if fault == "link" and name == "cf1" else 0
-    log.link(
-        name,
-        t,
-        latency_ms=4.0 + rng.exponential(2.0),
-        quality=100.0 - lost / 10,
-        sent=step * 3,
-        received=step * 3 - lost,
-        lost=lost,
-        rssi=-45.0 - 5 * number,
-    )
+    sent = {"sent": step * 3, "received": step * 3 - lost, "lost": lost}
+    log.link(name, t, latency_ms=4.0 + rng.exponential(2.0), quality=100.0 - lost / 10, rssi=-45.0 - 5 * number, **sent)
     flying = 0.02 < t < final - 0.02
     log.supervisor(name, t, 0x1E if flying else 0x0E, ["can_fly", *(["flying"] if flying else [])])

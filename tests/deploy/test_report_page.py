@@ -1,0 +1,187 @@
+"""The report page: complete without a network, safe against hostile texts, alive in a browser."""
+
+import dataclasses
+import html
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deploy.analysis.analyse import analyse
+from deploy.flightlog.reader import read_log
+from deploy.report.build import build_report
+from deploy.report.packing import script_json, thin
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
+FLAGS += ["--disable-component-update", "--disable-sync", "--virtual-time-budget=4000"]
+WITNESS = """<script>
+const seen = [];
+addEventListener("error", (e) => seen.push(String(e.message)));
+addEventListener("securitypolicyviolation", (e) => seen.push("request: " + e.blockedURI));
+const say = console.error; console.error = (...a) => { seen.push(a.join(" ")); say(...a); };
+addEventListener("load", () => {
+  document.getElementById("play").click();
+  setTimeout(() => {
+    document.getElementById("play").click();
+    const played = Number(document.documentElement.dataset.time);
+    const key = (name) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true }));
+    key("Home"); key("ArrowRight"); key("ArrowRight");
+    const stepped = Number(document.documentElement.dataset.time);
+    document.getElementById("theme").click();
+    const out = document.createElement("pre");
+    const pixels = (c) => { const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
+      const colours = new Set();
+      for (let i = 0; i < d.length; i += 4) colours.add(d[i] * 65536 + d[i+1] * 256 + d[i+2]);
+      return colours.size; };
+    out.id = "witness";
+    out.textContent = JSON.stringify({ errors: seen, played, stepped,
+      start: Number(document.getElementById("scrub").min),
+      charts: Object.fromEntries([...document.querySelectorAll(".chart")].map((f) =>
+        [f.id, [Number(f.querySelector("canvas").dataset.points), pixels(f.querySelector("canvas"))]])),
+      scene: pixels(document.getElementById("scene")), width: document.documentElement.scrollWidth });
+    document.body.append(out);
+  }, 1500);
+});
+</script>"""
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+synthetic = load("synthetic_flight")
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    path = tmp_path_factory.mktemp("flight") / "flight.mcap"
+    plan = synthetic.flight_plan(duration=6.0, description="</script><script>alert(1)</script> & <b>bold</b>")
+    evil = {"backend": "simulated", "note": "<img src=x onerror=alert(2)>", "simulation": "<i>modelled</i>"}
+    synthetic.write_flight(path, plan, fault="link", metadata=evil)
+    return analyse(read_log(path))
+
+
+@pytest.fixture(scope="module")
+def page(flight):
+    return build_report(flight)
+
+
+class Tags(HTMLParser):
+    VOID = frozenset({"meta", "input", "img", "br"})
+
+    def __init__(self):
+        super().__init__()
+        self.tags, self.links, self.open = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [value for name, value in attrs if name in {"src", "href", "srcset", "action"}]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}>"
+
+
+def test_page_is_whole_and_asks_for_nothing(page):
+    tags = Tags()
+    tags.feed(page)
+    assert tags.links == []
+    # Optional end tags are all written, so everything opened is closed in order.
+    assert tags.open == []
+    assert tags.tags.count("script") == 2
+    assert "img" not in tags.tags
+    assert "http://" not in page.replace("http-equiv", "")
+    assert "https://" not in page
+    assert len(page) < 1_000_000
+
+
+def test_hostile_texts_stay_texts(page):
+    assert html.escape("</script><script>alert(1)</script>") in page
+    assert "<script>alert" not in page
+    assert "<img" not in page
+    assert "<i>modelled" not in page
+    assert "$" not in re.sub(r"<script.*?</script>", "", page, flags=re.S)
+    assert json.loads(script_json({"a": "</script><!--&", "b": np.float64("nan")})) == {
+        "a": "</script><!--&",
+        "b": None,
+    }
+    assert "<" not in script_json("</script>")
+
+
+def test_every_chart_says_what_it_shows(page):
+    data = json.loads(re.search(r'id="data">(.*?)</script>', page, flags=re.S)[1])
+    ids = [chart["id"] for chart in data["charts"]]
+    assert set(ids) == {"ergodicity", "connectivity", "separation", "tracking", "altitude", "battery", "link"}
+    for chart in data["charts"]:
+        assert chart["title"]
+        assert chart["unit"]
+        assert len(chart["reading"]) > 10
+
+
+def test_verdict_figures_and_tables_are_on_the_page(flight, page):
+    assert f'<p class="level">{flight.verdict.level.name}</p>' in page
+    for finding in flight.verdict.findings:
+        assert html.escape(finding.text) in page
+    for word in (
+        "Indicators of the search",
+        "Certificate of the bytes",
+        "Pre-flight checks",
+        "mission_start",
+        "SHA-256",
+    ):
+        assert word in page
+
+
+def test_thinning_keeps_the_worst():
+    t, y = np.arange(1000.0), np.ones(1000)
+    y[503] = 9.0
+    assert thin(t, y, 100, "largest")[1].max() == 9.0
+    assert thin(t, -y, 100, "smallest")[1].min() == -9.0
+    assert len(thin(t, y, 100)[0]) == 100
+
+
+@pytest.mark.parametrize("change", ["no search", "nobody seen", "one robot"])
+def test_a_report_of_half_a_flight_is_still_a_report(flight, tmp_path, change):
+    record = flight.record
+    if change == "one robot":
+        plan = synthetic.flight_plan(duration=3.0, robots=1)
+        synthetic.write_flight(tmp_path / "one.mcap", plan)
+        record = read_log(tmp_path / "one.mcap")
+    elif change == "no search":
+        record = dataclasses.replace(record, events=tuple(e for e in record.events if "mission" not in e.name))
+    else:
+        gone = {name: item for name, item in record.series.items() if "pose" not in name and "estimate" not in name}
+        record = dataclasses.replace(record, series=gone)
+    Tags().feed(build_report(analyse(record)))
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: the page was not tried in a browser")
+@pytest.mark.parametrize("width", [1400, 700])
+def test_page_lives_in_a_browser(page, tmp_path, width):
+    path = tmp_path / "report.html"
+    path.write_text(page.replace("<style>", WITNESS + "<style>", 1), encoding="utf-8")
+    command = [CHROMIUM, *FLAGS, f"--window-size={width},3000", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
+    dom = subprocess.run([*command, path.as_uri()], capture_output=True, text=True, timeout=240, check=True).stdout
+    witness = json.loads(html.unescape(re.search(r'<pre id="witness">(.*?)</pre>', dom, flags=re.S)[1]))
+    assert witness["errors"] == []
+    assert 0.3 < witness["played"] < 5.0  # began at the start of the search and moved
+    assert witness["stepped"] == pytest.approx(witness["start"] + 0.2, abs=1e-3)
+    assert len(witness["charts"]) == 7
+    for name, (points, colours) in witness["charts"].items():
+        assert points > 0, name
+        assert colours > 5, name
+    assert witness["scene"] > 50
+    assert witness["width"] <= max(width, 500)  # nothing sticks out sideways
