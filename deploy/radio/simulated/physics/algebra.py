@@ -28,6 +28,15 @@ def _bilinear(terms: str, left: str, right: str) -> Array:
     return frozen(matrix)
 
 
+def _quadratic() -> Array:
+    matrix = np.zeros((7, 7, 16))
+    matrix[:4, 4:, :4] = RATE.reshape(4, 3, 4)
+    matrix[:4, :4, 4:13] = _ROTATION.reshape(4, 4, 9)
+    for k, (i, j) in enumerate(((5, 6), (6, 4), (4, 5))):
+        matrix[i, j, 13 + k] = 1.0
+    return frozen(matrix.reshape(49, 16))
+
+
 _ROTATION = _bilinear(
     "+ww +xx -yy -zz, +xy +xy -zw -zw, +xz +xz +yw +yw,"
     "+xy +xy +zw +zw, +ww -xx +yy -zz, +yz +yz -xw -xw,"
@@ -44,6 +53,10 @@ _CROSS = _bilinear("+yz -zy, +zx -xz, +xy -yx", "xyz", "xyz")
 _SKEW = frozen(np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]))
 RATE = frozen(0.5 * _HAMILTON.reshape(4, 4, 4)[:, :3].reshape(12, 4))
 """(12, 4): outer(q, body rates) times this is dq/dt."""
+
+QUADRATIC = _quadratic()
+"""(49, 16): outer(s, s) of s = (quaternion, body rates) times this is dq/dt (4 columns), the rotation matrix (9, row by
+row) and the products of rates in Euler's equations, ωy ωz, ωz ωx, ωx ωy (3)."""
 
 
 def rotation_matrices(q: Array) -> Array:

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.mellinger import Mellinger
 from deploy.radio.simulated.physics.mixer import mix
 from deploy.radio.simulated.physics.pid import CascadedPid
 from deploy.radio.simulated.physics.rotors import COMMAND_MAX
-from deploy.radio.simulated.physics.setpoints import OFF, SetpointTable
+from deploy.radio.simulated.physics.setpoints import SetpointTable
 from missions.airframes import Airframe
 from missions.arrays import Array
 
@@ -26,6 +27,7 @@ class Autopilots:
         thrust: (N,) collective command [counts].
         command: (N, 4) motor commands of the last step [counts].
         saturated: (N,) a motor command was clipped since :meth:`aim`.
+        idle: nobody's motors are asked to turn.
     """
 
     def __init__(self, airframes: Sequence[Airframe], dt: float) -> None:
@@ -35,45 +37,66 @@ class Autopilots:
         self.thrust = np.zeros(n)
         self.command = np.zeros((n, 4))
         self.saturated = np.zeros(n, dtype=np.bool_)
+        self.idle = True
         self._mellinger, self._pid = Mellinger(airframes, dt), CascadedPid(airframes, dt)
         self._by_mellinger = np.zeros(n, dtype=np.bool_)
-        self._running = np.zeros((n, 1))
+        self._some_mellinger, self._some_pid = False, True
+        self._turning, self._all_turn = np.zeros((n, 1)), False
+        self._clipped = False
 
     def choose(self, index: int, controller: int) -> None:
         """Put one controller in charge of a drone."""
-        self._by_mellinger[index] = controller == MELLINGER
+        mellinger = controller == MELLINGER
+        if mellinger != self._by_mellinger[index]:
+            self._by_mellinger[index] = mellinger
+            self._some_mellinger = bool(self._by_mellinger.any())
+            self._some_pid = not self._by_mellinger.all()
 
-    def aim(self, position: Array, velocity: Array, rotation: Array, dt: float) -> None:
-        """Once a control tick of dt: the slow loops, from estimated states (N, 3), (N, 3), (N, 3, 3)."""
-        running = self.allowed & (self.setpoints.mode != OFF)
-        thrust = np.zeros(len(running))
-        for controller, mine in ((self._mellinger, self._by_mellinger), (self._pid, ~self._by_mellinger)):
-            if (mine & running).any():
-                thrust = np.where(mine, controller.aim(self.setpoints, position, velocity, rotation, dt), thrust)
-        if not running.all():
-            for controller in (self._mellinger, self._pid):
-                controller.reset(np.flatnonzero(~running), rotation)
-        self.thrust = thrust * running
-        # Without thrust the firmware gives no moments either.
-        self._running = (self.thrust > 0.0).astype(np.float64)[:, None]
-        self.saturated = np.zeros(len(running), dtype=np.bool_)
-
-    @property
-    def idle(self) -> bool:
-        """Nobody's motors are asked to turn."""
-        return not self._running.any()
+    def aim(self, state: Estimates, dt: float) -> None:
+        """Once a control tick of dt: the slow loops, from what the drones believe."""
+        running = self.allowed & self.setpoints.active
+        if running.any():
+            thrust = self._aim(state, dt)
+            if not running.all():
+                stopped = np.flatnonzero(~running)
+                self._mellinger.reset(stopped)
+                self._pid.reset(stopped, state.rotation)
+            # Without thrust the firmware gives no moments either.
+            self.thrust = thrust * running
+            turning = self.thrust > 0.0
+            self.idle, self._all_turn = not turning.any(), bool(turning.all())
+            self._turning = turning.astype(np.float64)[:, None]
+        elif not self.idle:
+            everybody = np.arange(len(running))
+            self._mellinger.reset(everybody)
+            self._pid.reset(everybody, state.rotation)
+            self.thrust = np.zeros(len(running))
+            self.idle, self._all_turn = True, False
+            self._turning = np.zeros((len(running), 1))
+        if self._clipped:
+            self.saturated, self._clipped = np.zeros(len(running), dtype=np.bool_), False
 
     def steer(self, rotation: Array, rates: Array) -> Array:
-        """At every step: motor commands (N, 4) from estimated attitudes (N, 3, 3) and measured rates (N, 3) [rad/s]."""
-        mellinger = bool(self._by_mellinger.any())
-        if mellinger:
+        """At every step: motor commands (N, 4) from true attitudes (N, 3, 3) and measured rates (N, 3) [rad/s]."""
+        if self._some_mellinger:
             moments = self._mellinger.moments(rotation, rates)
-        if not self._by_mellinger.all():
+        if self._some_pid:
             by_pid = self._pid.moments(rotation, rates)
-            moments = np.where(self._by_mellinger[:, None], moments, by_pid) if mellinger else by_pid
+            moments = np.where(self._by_mellinger[:, None], moments, by_pid) if self._some_mellinger else by_pid
         command, clipped = mix(self.thrust[:, None], moments)
         if clipped:
+            self._clipped = True
             self.saturated |= command.max(axis=1) >= COMMAND_MAX
-        command *= self._running
+        if not self._all_turn:
+            command *= self._turning
         self.command = command
         return command
+
+    def _aim(self, state: Estimates, dt: float) -> Array:
+        """Thrust commands (N,) by the controllers in charge; what they say of drones that do not run is meaningless."""
+        if not self._some_pid:
+            return self._mellinger.aim(self.setpoints, state, dt)
+        if not self._some_mellinger:
+            return self._pid.aim(self.setpoints, state, dt)
+        by_mellinger, by_pid = (c.aim(self.setpoints, state, dt) for c in (self._mellinger, self._pid))
+        return np.where(self._by_mellinger, by_mellinger, by_pid)

@@ -11,19 +11,21 @@ between what was measured and what was estimated, as they would. A late, wrong o
 estimate just as it misleads a drone's, and nothing here knows the truth but through its sensors.
 
 Covariance and noise as the firmware's extended Kalman filter (estimator_kalman.c, kalman_core.c, parameters kalman.*),
-reduced to nine states: position, velocity (world frame), attitude.
+reduced to nine states: position, attitude, velocity (world frame).
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from deploy.radio.simulated.interface import PoseMeasurement, Vec3
 from deploy.radio.simulated.physics import algebra
 from deploy.radio.simulated.physics.algebra import Index
+from deploy.radio.simulated.physics.rigid_body import RigidBodies
 from missions.arrays import Array, frozen
 
 # kalman.pNAcc_xy, pNAcc_z, mNGyro_*. Added every millisecond (estimator_kalman.c: "every loop, rather than every
@@ -36,8 +38,22 @@ _INITIAL_DEVIATION = frozen([100.0, 100.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.
 _LEAST, _MOST = 1e-6, 100.0**2  # MIN_COVARIANCE, MAX_COVARIANCE
 _FARTHEST, _FASTEST = 100.0, 10.0  # kalman.maxPos, kalman.maxVel: beyond, the firmware starts its filter again
 _NOBODY = np.zeros(0, dtype=np.intp)
-_MEASURED = frozen(np.eye(9)[:, [0, 1, 2, 6, 7, 8]])  # Hᵀ: position and attitude
 _UNMEASURED = 1e6  # standard deviation that makes an attitude measurement have no effect
+
+
+class Estimates(NamedTuple):
+    """What N drones believe of themselves.
+
+    Attributes:
+        position, velocity: (N, 3) [m], [m/s].
+        rotation: (N, 3, 3) attitudes, body to world.
+        misalignment: (N, 3, 3) what the true attitude has to be multiplied with, from the left, to give ``rotation``.
+    """
+
+    position: Array
+    velocity: Array
+    rotation: Array
+    misalignment: Array
 
 
 class Estimators:
@@ -46,7 +62,8 @@ class Estimators:
     Attributes:
         position_error, velocity_error: (N, 3) estimate minus truth, world frame.
         rotation_error: (N, 4) D as quaternions, (N, 3, 3) in ``matrix``.
-        covariance: (N, 9, 9) what the filter believes of its own error.
+        covariance: (N, 9, 9) what the filter believes of its own error: position, attitude, velocity. What can be
+            measured comes first, so that the measured blocks are plain views.
     """
 
     def __init__(self, n: int) -> None:
@@ -54,7 +71,23 @@ class Estimators:
         self.rotation_error = np.tile([0.0, 0.0, 0.0, 1.0], (n, 1))
         self.matrix = np.tile(np.eye(3), (n, 1, 1))
         self.covariance = np.tile(np.diag(_INITIAL_DEVIATION**2), (n, 1, 1))
+        self._diagonal = self.covariance.reshape(n, 81)[:, ::10]
         self._transition = np.tile(np.eye(9), (n, 1, 1))
+        self._dt = 0.0
+
+    @property
+    def variances(self) -> Array:
+        """(N, 9) variances of position, attitude, velocity."""
+        return self._diagonal
+
+    def estimates(self, bodies: RigidBodies) -> Estimates:
+        """What the drones believe, given the truth."""
+        return Estimates(
+            bodies.position + self.position_error,
+            bodies.velocity + self.velocity_error,
+            np.matmul(self.matrix, bodies.rotation),
+            self.matrix,
+        )
 
     def reset(self, index: int, position: Array, velocity: Array, quaternion: Array, to: tuple[Vec3, float]) -> None:
         """Start one filter at rest at a position and heading ``to``; the other arguments are the drone's truth."""
@@ -62,86 +95,92 @@ class Estimators:
         self.velocity_error[index] = -velocity
         level = algebra.yaw_quaternions(np.array([to[1]]))
         self.rotation_error[index] = algebra.multiply(level, algebra.conjugate(quaternion[None]))[0]
-        self.matrix[index] = algebra.rotation_matrices(self.rotation_error[index][None])[0]
+        # A new array: estimates that were given out share the one before.
+        self.matrix = algebra.rotation_matrices(self.rotation_error)
         self.covariance[index] = np.diag(_INITIAL_DEVIATION**2)
 
-    def predict(self, force: Array, sensed: Array, gyro_error: Array, dt: float) -> None:
+    def predict(self, force: Array, felt: Array, turn: Array, dt: float) -> None:
         """One prediction of dt.
 
         Args:
             force: (N, 3) true specific force, mean over dt, world frame [m/s²].
-            sensed: (N, 3) the same as the filter takes it from the accelerometers, turned by the true attitude.
-            gyro_error: (N, 3) mean over dt, world frame [rad/s].
+            felt: (N, 3) the same as the filter takes it from the accelerometers, turned by the estimated attitude.
+            turn: (N, 3) gyro error, mean over dt, turned by the estimated attitude [rad/s].
             dt: [s].
         """
-        felt = np.matmul(self.matrix, sensed[:, :, None])[:, :, 0]
         change = felt - force
-        self.position_error += dt * self.velocity_error + (0.5 * dt * dt) * change
-        self.velocity_error += dt * change
-        turn = np.matmul(self.matrix, gyro_error[:, :, None])[:, :, 0]
+        self.position_error += dt * self.velocity_error
+        change *= dt
+        self.velocity_error += change
+        change *= 0.5 * dt
+        self.position_error += change
         self._rotate(dt * turn)
         f = self._transition
-        f[:, [0, 1, 2], [3, 4, 5]] = dt
-        f[:, 3:6, 6:9] = -dt * algebra.skew(felt)
-        p = np.matmul(np.matmul(f, self.covariance), f.transpose(0, 2, 1))
-        diagonal = np.einsum("nii->ni", p)
-        diagonal += _process_noise(dt)
-        self.covariance = p
+        if dt != self._dt:
+            self._dt = dt
+            f[:, [0, 1, 2], [6, 7, 8]] = dt
+        f[:, 6:9, 3:6] = algebra.skew(-dt * felt)
+        np.matmul(np.matmul(f, self.covariance), f.transpose(0, 2, 1), out=self.covariance)
+        self._diagonal += _process_noise(dt)
 
     def correct(self, measured: Sequence[tuple[int, PoseMeasurement]], position: Array, quaternion: Array) -> None:
         """Take at most one pose per drone: (drone, measurement) pairs; position and quaternion are the truth (N, ·)."""
-        index = np.array([i for i, _ in measured])
-        poses = [m for _, m in measured]
-        seen = np.array([m.position for m in poses])
-        innovation = np.zeros((len(index), 6))
-        innovation[:, :3] = seen - position[index] - self.position_error[index]
+        everybody = len(measured) == len(position)
+        index: Index | slice = slice(None) if everybody else np.array([i for i, _ in measured])
         estimated = algebra.multiply(self.rotation_error[index], quaternion[index])
-        attitude = np.array(
-            [e if m.quaternion is None else m.quaternion for m, e in zip(poses, estimated, strict=True)]
+        # position, attitude, and their standard deviations; who measured no attitude "measures" its own, very badly.
+        rows = np.array(
+            [
+                (*m.position, *own, m.std_position, _UNMEASURED)
+                if m.quaternion is None
+                else (*m.position, *m.quaternion, m.std_position, m.std_quaternion)
+                for (_, m), own in zip(measured, estimated.tolist(), strict=True)
+            ]
         )
-        difference = algebra.multiply(algebra.normalised(attitude), algebra.conjugate(estimated))
-        innovation[:, 3:] = algebra.logarithm(difference)
-        deviation = np.array(
-            [(m.std_position, _UNMEASURED if m.quaternion is None else m.std_quaternion) for m in poses]
-        )
-        self._update(index, innovation, np.repeat(deviation**2, 3, axis=1))
+        innovation = np.empty((len(rows), 6))
+        np.subtract(rows[:, :3], position[index], out=innovation[:, :3])
+        innovation[:, :3] -= self.position_error[index]
+        difference = algebra.multiply(algebra.normalised(rows[:, 3:7]), algebra.conjugate(estimated))
+        # As a rotation vector, to first order as in the firmware (mm_pose.c) but bounded for large angles.
+        np.multiply(difference[:, :3], np.copysign(2.0, difference[:, 3:]), out=innovation[:, 3:])
+        self._update(index, innovation, np.repeat(rows[:, 7:] ** 2, 3, axis=1))
 
-    def lost(self, position: Array, velocity: Array) -> Index:
-        """Indices of filters that left the allowed range, of estimates (N, 3); the firmware would reset them."""
-        far, fast = np.abs(position), np.abs(velocity)
+    def lost(self, state: Estimates) -> Index:
+        """Indices of filters that left the allowed range; the firmware would reset them."""
+        far, fast = np.abs(state.position), np.abs(state.velocity)
         if np.maximum.reduce(far, None) <= _FARTHEST and np.maximum.reduce(fast, None) <= _FASTEST:
             return _NOBODY
         return np.flatnonzero((far > _FARTHEST).any(axis=1) | (fast > _FASTEST).any(axis=1))
 
-    def _update(self, index: Index, innovation: Array, noise: Array) -> None:
+    def _update(self, index: Index | slice, innovation: Array, noise: Array) -> None:
         """Kalman update of some drones: innovations (K, 6) of position and attitude, noise variances (K, 6)."""
         p = self.covariance[index]
-        ph = np.matmul(p, _MEASURED)
-        s = np.matmul(_MEASURED.T, ph)
-        s.reshape(len(index), 36)[:, ::7] += noise  # the diagonals
-        hp = ph.transpose(0, 2, 1)
-        weights = np.linalg.solve(s, hp)  # S⁻¹ H P: the gain's transpose, S being symmetric
+        s = p[:, :6, :6].copy()
+        s.reshape(-1, 36)[:, ::7] += noise  # the diagonals
+        weights = np.linalg.solve(s, p[:, :6])  # S⁻¹ H P: the gain's transpose, S being symmetric
         step = np.matmul(innovation[:, None, :], weights)[:, 0]
         self.position_error[index] += step[:, :3]
-        self.velocity_error[index] += step[:, 3:6]
+        self.velocity_error[index] += step[:, 6:]
         rotation = np.zeros_like(self.position_error)
-        rotation[index] = step[:, 6:]
+        rotation[index] = step[:, 3:6]
         self._rotate(rotation)
-        p = p - np.matmul(ph, weights)
-        p = 0.5 * (p + p.transpose(0, 2, 1))
-        diagonal = p.reshape(len(index), 81)[:, ::10]
-        np.minimum(np.maximum(diagonal, _LEAST), _MOST, out=diagonal)
+        p = p - np.matmul(p[:, :, :6], weights)
+        p += p.transpose(0, 2, 1)
+        p *= 0.5
+        diagonal = p.reshape(-1, 81)[:, ::10]
+        np.minimum(np.maximum(diagonal, _LEAST, out=diagonal), _MOST, out=diagonal)
         self.covariance[index] = p
 
     def _rotate(self, rotation: Array) -> None:
-        """Turn the estimated attitudes by rotation vectors (N, 3), world frame."""
-        turned = algebra.multiply(algebra.exponential(rotation), self.rotation_error)
-        self.rotation_error = algebra.normalised(turned)
+        """Turn the estimated attitudes by rotation vectors (N, 3), world frame: Cayley's map, exact to second order."""
+        half = np.ones((len(rotation), 4))
+        np.multiply(rotation, 0.5, out=half[:, :3])
+        self.rotation_error = algebra.normalised(algebra.multiply(half, self.rotation_error))
         self.matrix = algebra.rotation_matrices(self.rotation_error)
 
 
 @functools.cache
 def _process_noise(dt: float) -> Array:
     loop = _LOOP
-    one = np.concatenate([0.5 * loop * loop * _ACCELERATION_NOISE, loop * _ACCELERATION_NOISE, loop * _GYRO_NOISE]) ** 2
+    one = np.concatenate([0.5 * loop * loop * _ACCELERATION_NOISE, loop * _GYRO_NOISE, loop * _ACCELERATION_NOISE]) ** 2
     return one * (dt / loop)

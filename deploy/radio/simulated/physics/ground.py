@@ -36,7 +36,7 @@ def resolve(bodies: RigidBodies, dt: float) -> None:
     velocity[:, :2] *= kept[:, None]
     velocity[:, 2] = 0.0
     bodies.velocity[index] = velocity
-    bodies.stop_spin(index)
+    bodies.rates[index] = 0.0
     upright = index[bodies.rotation[index, 2, 2] > _TOPPLED]
     if len(upright):
         level = algebra.yaw_quaternions(algebra.heading(bodies.rotation[upright]))
@@ -44,4 +44,4 @@ def resolve(bodies: RigidBodies, dt: float) -> None:
         level *= np.sign((level * attitude).sum(axis=1, keepdims=True))  # the same hemisphere: the short way
         blended = algebra.normalised(attitude + (dt / _SETTLING) * (level - attitude))
         bodies.quaternion[upright] = blended
-        bodies.rotation[upright] = algebra.rotation_matrices(blended)
+    bodies.update()

@@ -13,8 +13,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deploy.radio.simulated.physics import algebra, setpoints
+from deploy.radio.simulated.physics import algebra
 from deploy.radio.simulated.physics.algebra import GRAVITY, Index
+from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.setpoints import SetpointTable
 from missions.airframes import Airframe
 from missions.arrays import Array, frozen
@@ -31,7 +32,7 @@ _MOMENT_MAX = 32000.0
 # massThrust 132000 counts/N is for motors of 0.12 N, 3.3 % less than ideal: 8 mm of sag, seen in the recordings.
 # Stronger motors need proportionally less: what a user of another airframe has to set in ctrlMel.massThrust.
 _MASS_THRUST, _MASS_THRUST_MOTOR = 132000.0, 0.12
-# vee(A - Aᵀ) of A = R_desᵀ R, as a linear map of A's nine entries.
+# vee(A - Aᵀ) as a linear map of A's nine entries.
 _VEE = frozen(
     [
         [0, 0, 0],
@@ -45,6 +46,8 @@ _VEE = frozen(
         [0, 0, 0],
     ]
 )
+# The same of A = G R: linear in R's entries by a matrix (3, 9) that is linear in G's, e_k = Σ vee_ilk G_ij R_jl.
+_VEE_OF_PRODUCT = frozen(np.einsum("ilk,jm->ijkml", _VEE.reshape(3, 3, 3), np.eye(3)).reshape(9, 27))
 
 
 class Mellinger:
@@ -54,66 +57,80 @@ class Mellinger:
         n = len(airframes)
         self._dt = dt
         self._mass = np.array([[a.mass] for a in airframes])
+        self._weight = self._mass[:, 0] * GRAVITY
         self._mass_thrust = np.array([_MASS_THRUST * _MASS_THRUST_MOTOR / a.motor_thrust_max for a in airframes])
         self._integral = np.zeros((n, 3))
-        self._desired_transposed = np.tile(np.eye(3), (n, 1, 1))
+        self._attitude_error = np.zeros((n, 3, 9))
         self._omega = np.zeros((n, 3))
         # Columns: attitude error, rate error, rate error before, yaw integral: one product gives the moments.
         self._errors = np.zeros((n, 10))
+        self._off_attitude, self._off_rates = self._errors[:, :3, None], self._errors[:, 3:6]
+        self._off_yaw = self._errors[:, 2]
+        self._off_rates_before, self._yaw_integral = self._errors[:, 6:9], self._errors[:, 9]
+        self._moments = np.zeros((n, 3))
         self._gains = np.zeros((10, 3))
         self._gains[0:3] = np.diag(np.negative(_KR))
         self._gains[3:6] = np.diag(_KW) + np.diag([_KD_OMEGA / dt, _KD_OMEGA / dt, 0.0])
         self._gains[6:9] = -np.diag([_KD_OMEGA / dt, _KD_OMEGA / dt, 0.0])
         self._gains[9, 2] = _KI_YAW
 
-    def aim(self, target: SetpointTable, position: Array, velocity: Array, rotation: Array, dt: float) -> Array:
+    def aim(self, target: SetpointTable, state: Estimates, dt: float) -> Array:
         """Force loop: desired attitudes for :meth:`moments`; returns the thrust commands (N,) in counts.
 
         Args:
             target: what to follow.
-            position: estimated (N, 3) [m].
-            velocity: estimated (N, 3) [m/s].
-            rotation: estimated attitudes (N, 3, 3).
+            state: what the drones believe.
             dt: time since the last call [s].
         """
-        mode = target.mode
-        full = (mode == setpoints.FULL)[:, None]
-        track = full[:, 0] | (mode == setpoints.POSITION)
-        manual = mode == setpoints.ATTITUDE
-        error = target.position - position
-        self._integral = np.minimum(np.maximum(self._integral + error * dt, -_I_RANGE), _I_RANGE)
-        force = _KP * error + _KD * (full * target.velocity - velocity) + _KI * self._integral
-        force += self._mass * (full * target.acceleration)
-        # Velocity modes are unknown to this controller: it levels out and holds the height it finds in the setpoint.
-        force[~track, :2] = 0.0
-        force[:, 2] += self._mass[:, 0] * GRAVITY
+        error = target.position - state.position
+        integral = self._integral
+        integral += error * dt
+        np.minimum(np.maximum(integral, -_I_RANGE, out=integral), _I_RANGE, out=integral)
+        # Only full setpoints feed velocity and acceleration forward; the table holds zeros for all others.
+        force = _KP * error + _KD * (target.ahead[:, 0:3] - state.velocity) + _KI * integral
+        force += self._mass * target.ahead[:, 3:6]
         yaw = target.yaw
-        if not track.all():
-            yaw = np.where(track, yaw, algebra.heading(rotation) + manual * (self._dt * target.omega[:, 2]))
+        if not target.all_by_position:
+            # Velocity modes are unknown to this controller: it levels out and holds the height in the setpoint.
+            force[~target.by_position, :2] = 0.0
+            manual_turn = target.manual * (self._dt * target.omega[:, 2])
+            yaw = np.where(target.by_position, yaw, algebra.heading(state.rotation) + manual_turn)
+        force[:, 2] += self._weight
         desired = _attitude(algebra.normalised(force), yaw)
-        if manual.any():
+        thrust: Array = self._mass_thrust * np.add.reduce(force * state.rotation[:, :, 2], 1)
+        if target.any_manual:
+            manual = target.manual
             desired[manual] = _tilted(target.attitude[manual], yaw[manual])
-        self._desired_transposed = np.ascontiguousarray(desired.transpose(0, 2, 1))
-        self._omega = target.omega * np.where(manual[:, None], (0.0, 0.0, 1.0), full)
-        thrust = np.where(manual, target.thrust, self._mass_thrust * (force * rotation[:, :, 2]).sum(axis=1))
-        if thrust.min() <= 0.0:
-            self.reset(np.flatnonzero(thrust <= 0.0), rotation)
-        return np.maximum(thrust, 0.0)
+            thrust = np.where(manual, target.thrust, thrust)
+        # The estimated attitude is D R, with the true R and a D that stays for the tick: the error of the attitude is
+        # then a linear map of R alone.
+        turn = np.matmul(desired.transpose(0, 2, 1), state.misalignment)
+        self._attitude_error = turn.reshape(-1, 9).dot(_VEE_OF_PRODUCT).reshape(-1, 3, 9)
+        self._omega = target.ahead[:, 6:9]
+        if np.minimum.reduce(thrust) <= 0.0:
+            self.reset(np.flatnonzero(thrust <= 0.0))
+        np.maximum(thrust, 0.0, out=thrust)
+        return thrust
 
     def moments(self, rotation: Array, rates: Array) -> Array:
-        """Moments (N, 3) about body x, y, z in counts from estimated attitudes and measured rates [rad/s]."""
-        e = self._errors
-        e[:, 6:9] = e[:, 3:6]
-        e[:, 0:3] = np.matmul(self._desired_transposed, rotation).reshape(-1, 9).dot(_VEE)
-        np.subtract(self._omega, rates, out=e[:, 3:6])
-        e[:, 9] -= self._dt * e[:, 2]
-        moments: Array = e.dot(self._gains)
-        return np.minimum(np.maximum(moments, -_MOMENT_MAX), _MOMENT_MAX)
+        """Moments (N, 3) about body x, y, z in counts from true attitudes (N, 3, 3) and measured rates [rad/s].
 
-    def reset(self, index: Index, rotation: Array) -> None:
-        """Forget the integrals of some drones (motors off). ``rotation`` is not needed by this controller."""
+        The array is the same one at every call.
+        """
+        moments = self._moments
+        self._off_rates_before[:] = self._off_rates
+        np.matmul(self._attitude_error, rotation.reshape(-1, 9, 1), out=self._off_attitude)
+        np.subtract(self._omega, rates, out=self._off_rates)
+        self._yaw_integral -= self._dt * self._off_yaw
+        np.dot(self._errors, self._gains, out=moments)
+        np.maximum(moments, -_MOMENT_MAX, out=moments)
+        np.minimum(moments, _MOMENT_MAX, out=moments)
+        return moments
+
+    def reset(self, index: Index) -> None:
+        """Forget the integrals of some drones (motors off)."""
         self._integral[index] = 0.0
-        self._errors[index, 9] = 0.0
+        self._yaw_integral[index] = 0.0
 
 
 def _attitude(z_axis: Array, yaw: Array) -> Array:

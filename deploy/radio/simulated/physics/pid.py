@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from deploy.radio.simulated.physics import setpoints
 from deploy.radio.simulated.physics.algebra import Index
+from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.rotors import COMMAND_MAX
 from deploy.radio.simulated.physics.setpoints import SetpointTable
 from missions.airframes import Airframe
@@ -91,33 +92,32 @@ class CascadedPid:
         self._rate = Pid(kp, ki, (2.5, 2.5, 0.0), (33.3, 33.3, 166.7), 32767.0, (n, 3))
         self._desired = np.zeros((n, 3))  # roll, pitch, yaw [degrees]
         self._mode = np.zeros(n, dtype=np.int64)
+        self._misalignment = np.tile(np.eye(3), (n, 1, 1))
 
-    def aim(self, target: SetpointTable, position: Array, velocity: Array, rotation: Array, dt: float) -> Array:
+    def aim(self, target: SetpointTable, state: Estimates, dt: float) -> Array:
         """Position and velocity loops: desired angles for :meth:`moments`; returns the thrust commands (N,) in counts.
 
         Args:
             target: what to follow.
-            position: estimated (N, 3) [m].
-            velocity: estimated (N, 3) [m/s].
-            rotation: estimated attitudes (N, 3, 3).
+            state: what the drones believe.
             dt: time since the last call [s].
         """
-        mode = target.mode
-        angles = _angles(rotation)
+        mode, velocity = target.mode, state.velocity
+        self._misalignment = state.misalignment
+        angles = _angles(state.rotation)
         changed = np.flatnonzero(mode != self._mode)
         if len(changed):
             self._reset(changed, angles)
             self._mode = mode.copy()
         cosine, sine = np.cos(np.radians(angles[:, 2])), np.sin(np.radians(angles[:, 2]))
-        error = _in_heading(target.position - position, cosine, sine)
+        error = _in_heading(target.position - state.position, cosine, sine)
         wanted = self._position.update(error, error, dt)
         asked = _in_heading(target.velocity, cosine, sine)
         asked[mode == setpoints.HOVER] = target.velocity[mode == setpoints.HOVER]  # given in the body frame already
-        by_position = (mode == setpoints.FULL) | (mode == setpoints.POSITION)
+        by_position, manual = target.by_position, target.manual
         height_by_position = by_position | (mode == setpoints.HOVER)
         wanted = np.where(np.stack([by_position, by_position, height_by_position], axis=1), wanted, asked)
         drive = self._velocity.update(wanted - _in_heading(velocity, cosine, sine), velocity, dt)
-        manual = mode == setpoints.ATTITUDE
         tilt = np.clip(np.stack([-drive[:, 1], drive[:, 0]], axis=1), -_TILT_MAX, _TILT_MAX)
         self._desired[:, :2] = np.where(manual[:, None], np.degrees(target.attitude), tilt)
         turned = self._desired[:, 2] + np.degrees(target.omega[:, 2]) * dt
@@ -130,8 +130,8 @@ class CascadedPid:
         return np.where(off, 0.0, thrust)
 
     def moments(self, rotation: Array, rates: Array) -> Array:
-        """Moments (N, 3) about body x, y, z in counts from estimated attitudes and measured rates [rad/s]."""
-        angles = _angles(rotation)
+        """Moments (N, 3) about body x, y, z in counts from true attitudes (N, 3, 3) and measured rates [rad/s]."""
+        angles = _angles(np.matmul(self._misalignment, rotation))
         error = self._desired - angles
         error[:, 2] = (error[:, 2] + 180.0) % 360.0 - 180.0
         measured = np.degrees(rates)

@@ -38,6 +38,8 @@ class Rotors:
         self.health = np.ones((n, 4))
         self._ceiling = np.ones((n, 4))
         # Exact discretisation of the lag for a command held during dt.
+        self._gap, self._rise = np.zeros((n, 4)), np.zeros((n, 4))
+        self._accelerations = np.zeros((n, 4))
         self._up = np.array([[1.0 - np.exp(-dt / a.motor_tau_up)] for a in airframes])
         self._down = np.array([[1.0 - np.exp(-dt / a.motor_tau_down)] for a in airframes])
         self._scale = np.array([_accelerations(a) for a in airframes])
@@ -48,13 +50,23 @@ class Rotors:
 
     def step(self, command: Array) -> None:
         """Follow commands (N, 4), 0..65535, for one dt."""
-        gap = np.minimum(command * (1.0 / COMMAND_MAX), self._ceiling) - self.thrust
+        gap, rise = self._gap, self._rise
+        np.multiply(command, 1.0 / COMMAND_MAX, out=gap)
+        np.minimum(gap, self._ceiling, out=gap)
+        gap -= self.thrust
         # Rising needs the larger of the two steps, falling the one nearer to zero: with up >= down both are maxima.
-        self.thrust += np.maximum(self._up * gap, self._down * gap)
+        np.multiply(self._up, gap, out=rise)
+        gap *= self._down
+        self.thrust += np.maximum(rise, gap, out=rise)
 
     def accelerations(self) -> Array:
-        """(N, 4): specific thrust along body z [m/s²] and angular accelerations about body x, y, z [rad/s²]."""
-        out: Array = self.thrust.dot(_WRENCH) * self._scale
+        """(N, 4): specific thrust along body z [m/s²] and angular accelerations about body x, y, z [rad/s²].
+
+        The array is the same one at every call.
+        """
+        out = self._accelerations
+        np.dot(self.thrust, _WRENCH, out=out)
+        out *= self._scale
         return out
 
 

@@ -9,6 +9,7 @@ from one seeded generator: the same seed and the same orders give the same fligh
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from deploy.radio.simulated.physics.algebra import GRAVITY, multiply
 from deploy.radio.simulated.physics.autopilot import Autopilots
 from deploy.radio.simulated.physics.battery import Batteries
 from deploy.radio.simulated.physics.downwash import downwash
-from deploy.radio.simulated.physics.estimator import Estimators
+from deploy.radio.simulated.physics.estimator import Estimates, Estimators
 from deploy.radio.simulated.physics.rigid_body import RigidBodies
 from deploy.radio.simulated.physics.rotors import Rotors
 from deploy.radio.simulated.physics.sensors import ACCELEROMETER_RANGE, InertialSensors, SensorNoise
@@ -78,9 +79,11 @@ class World:
         self._tumble = TumbleDetector(n)
         self._gyro_error, self._accelerometer_error = self._sensors.draw(STEPS_PER_TICK)
         self._velocity_before = np.zeros((n, 3))
-        self._force = np.tile([0.0, 0.0, GRAVITY], (n, 1))  # specific force, world frame, mean of the last tick
+        # Body frame, one column each: specific force as the filter takes it, gyro error, specific force as measured.
+        self._inputs = np.zeros((n, 3, 3))
         self._near_ground = True
         self._firmwares: tuple[Firmware, ...] = ()
+        self._orders: list[Orders | None] = [None] * n
         self._observers: list[tuple[Callable[[float], None], int]] = []
         for i in range(n):
             self._reset_estimator(i, ((0.0, 0.0, 0.0), 0.0))
@@ -159,8 +162,7 @@ class World:
 
     def _step(self, phase: int) -> None:
         bodies, rotors = self.bodies, self.rotors
-        estimated = np.matmul(self.estimators.matrix, bodies.rotation)
-        command = self.autopilots.steer(estimated, bodies.rates + self._gyro_error[phase])
+        command = self.autopilots.steer(bodies.rotation, bodies.rates + self._gyro_error[phase])
         rotors.step(command)
         bodies.step(rotors.accelerations())
         if self._near_ground:
@@ -175,89 +177,134 @@ class World:
 
     def _tick(self) -> None:
         """The 100 Hz work at the end of a tick: sense, tell the firmwares, obey, aim."""
-        bodies = self.bodies
-        self._sense()
-        if self._firmwares:
-            telemetry = self._telemetry()
-            orders = [f.tick(self.t, telemetry[i]) for i, f in enumerate(self._firmwares)]
-            self._obey(orders)
+        bodies, estimators = self.bodies, self.estimators
+        readings = self._sense()
+        state = estimators.estimates(bodies)
+        if self._firmwares and self._obey(self._ask(readings, state)):
+            state = estimators.estimates(bodies)
         self.batteries.draw(self.rotors.thrust, TICK)
         self.rotors.limit(self.batteries.available_thrust())
-        thrust = self._thrust_max * self.rotors.thrust.sum(axis=1)
-        extra = np.zeros((self._n, 3))
-        if self._n > 1:
-            extra[:, 2] = -downwash(bodies.position, thrust) / self._mass
-        bodies.refresh(extra)
-        self._near_ground = bool(bodies.position[:, 2].min() < _NEAR_GROUND)
-        position, velocity, rotation = self._estimates()
-        for i in self.estimators.lost(position, velocity):
+        bodies.refresh(self._wakes())
+        self._near_ground = bool(np.minimum.reduce(bodies.position[:, 2]) < _NEAR_GROUND)
+        for i in estimators.lost(state):
             self._reset_estimator(int(i), ((0.0, 0.0, 0.0), 0.0))
-        self.autopilots.aim(position, velocity, rotation, TICK)
-        self._velocity_before = bodies.velocity.copy()
+            state = estimators.estimates(bodies)
+        self.autopilots.aim(state, TICK)
+        self._velocity_before[:] = bodies.velocity
         self._gyro_error, self._accelerometer_error = self._sensors.draw(STEPS_PER_TICK)
 
-    def _sense(self) -> None:
-        rotation = self.bodies.rotation
-        self._force = (self.bodies.velocity - self._velocity_before) / TICK
-        self._force[:, 2] += GRAVITY
-        sensed = np.matmul(self._force[:, None, :], rotation)[:, 0] + self._accelerometer_error
+    def _sense(self) -> _Readings:
+        """What the sensors read in this tick; the filters take it in."""
+        bodies, inputs = self.bodies, self._inputs
+        force = (bodies.velocity - self._velocity_before) / TICK  # specific, world frame, mean of the tick
+        force[:, 2] += GRAVITY
+        body = np.matmul(force[:, None, :], bodies.rotation)[:, 0]
+        body += self._accelerometer_error
+        g = np.minimum(np.maximum(body / GRAVITY, -ACCELEROMETER_RANGE), ACCELEROMETER_RANGE)
         # In flight the firmware's filter takes only the thrust axis from the accelerometer (kalman_core.c, predictDt):
         # it leaves out drag, believes in too much speed, and the drone lags: most of Mellinger's recorded delay.
-        sensed[self.autopilots.thrust > 0.0, :2] = 0.0
-        world = np.matmul(rotation, np.stack([sensed, self._gyro_error.mean(axis=0)], axis=2))
-        self.estimators.predict(self._force, world[:, :, 0], world[:, :, 1], TICK)
+        inputs[:, :, 0] = body
+        inputs[:, :2, 0] *= (self.autopilots.thrust <= 0.0)[:, None]
+        np.multiply(np.add.reduce(self._gyro_error, 0), 1.0 / STEPS_PER_TICK, out=inputs[:, :, 1])
+        np.multiply(g, GRAVITY, out=inputs[:, :, 2])
+        world = np.matmul(np.matmul(self.estimators.matrix, bodies.rotation), inputs)
+        self.estimators.predict(force, world[:, :, 0], world[:, :, 1], TICK)
+        acceleration = world[:, :, 2]
+        acceleration[:, 2] -= GRAVITY
+        return _Readings(g, bodies.rates + self._gyro_error[-1], acceleration)
 
-    def _estimates(self) -> tuple[Array, Array, Array]:
-        e, bodies = self.estimators, self.bodies
-        return (
-            bodies.position + e.position_error,
-            bodies.velocity + e.velocity_error,
-            np.matmul(e.matrix, bodies.rotation),
-        )
+    def _wakes(self) -> Array:
+        """Accelerations (N, 3) by the wakes of other drones [m/s²]."""
+        out = np.zeros((self._n, 3))
+        if self._n > 1:
+            thrust = self._thrust_max * np.add.reduce(self.rotors.thrust, 1)
+            out[:, 2] = downwash(self.bodies.position, thrust) / -self._mass
+        return out
 
-    def _telemetry(self) -> list[Telemetry]:
-        e, bodies = self.estimators, self.bodies
-        position, velocity, rotation = self._estimates()
-        quaternion = multiply(e.rotation_error, bodies.quaternion)
-        body_force = np.matmul(self._force[:, None, :], bodies.rotation)[:, 0] + self._accelerometer_error
-        g = np.minimum(np.maximum(body_force / GRAVITY, -ACCELEROMETER_RANGE), ACCELEROMETER_RANGE)
-        acceleration = np.matmul(rotation, (GRAVITY * g)[:, :, None])[:, :, 0] - (0.0, 0.0, GRAVITY)
-        tumbled = self._tumble.update(g[:, 2], TICK)
-        variance = np.einsum("nii->ni", e.covariance)
-        columns = (
-            position,
-            velocity,
-            acceleration,
-            quaternion,
-            bodies.rates + self._gyro_error[-1],
-            g,
-            variance[:, :3],
-            variance[:, 3:6],
+    def _ask(self, readings: _Readings, state: Estimates) -> list[Orders]:
+        """Tell every firmware what its drone knows; their orders."""
+        e, autopilots = self.estimators, self.autopilots
+        quaternion = multiply(e.rotation_error, self.bodies.quaternion)
+        tumbled = self._tumble.update(readings.g[:, 2], TICK)
+        block = np.concatenate(
+            [
+                state.position,
+                state.velocity,
+                readings.acceleration,
+                readings.gyro,
+                readings.g,
+                e.variances[:, :3],
+                e.variances[:, 6:],
+                quaternion,
+                autopilots.thrust[:, None],
+                self.batteries.voltage[:, None],
+            ],
+            axis=1,
         )
-        vectors = [[tuple(row) for row in column.tolist()] for column in columns]
-        scalars = zip(
-            [tuple(row) for row in self.autopilots.command.astype(np.int64).tolist()],
-            self.autopilots.thrust.tolist(),
-            self.batteries.voltage.tolist(),
-            self.autopilots.saturated.tolist(),
+        rows = zip(
+            self._firmwares,
+            block.tolist(),
+            autopilots.command.astype(np.int64).tolist(),
+            autopilots.saturated.tolist(),
             tumbled.tolist(),
             strict=True,
         )
-        return [Telemetry(*vector, *scalar) for *vector, scalar in zip(*vectors, scalars, strict=True)]
+        t = self.t
+        return [firmware.tick(t, _telemetry(*row)) for firmware, *row in rows]
 
-    def _obey(self, orders: Sequence[Orders]) -> None:
+    def _obey(self, orders: Sequence[Orders]) -> bool:
+        """Carry out what the firmwares ordered; whether anybody's estimate jumped."""
         autopilots = self.autopilots
+        rounds, reset = 0, False
         for i, order in enumerate(orders):
-            autopilots.setpoints.put(i, order.setpoint)
-            autopilots.allowed[i] = order.motors_allowed
-            autopilots.choose(i, order.controller)
+            rounds = max(rounds, len(order.measurements))
+            if order is not self._orders[i]:
+                self._orders[i] = order
+                autopilots.setpoints.put(i, order.setpoint)
+                autopilots.allowed[i] = order.motors_allowed
+                autopilots.choose(i, order.controller)
             if order.reset_estimator:
                 self._reset_estimator(i, order.initial_pose)
-        rounds = max(len(order.measurements) for order in orders)
+                reset = True
         for k in range(rounds):  # oldest first, one of each drone at a time
             now = [(i, order.measurements[k]) for i, order in enumerate(orders) if k < len(order.measurements)]
             self.estimators.correct(now, self.bodies.position, self.bodies.quaternion)
+        return reset or rounds > 0
 
     def _reset_estimator(self, i: int, to: tuple[Vec3, float]) -> None:
         b = self.bodies
         self.estimators.reset(i, b.position[i], b.velocity[i], b.quaternion[i], to)
+
+
+class _Readings(NamedTuple):
+    """Sensors of all drones in one tick.
+
+    Attributes:
+        g: (N, 3) accelerometers [g].
+        gyro: (N, 3) [rad/s].
+        acceleration: (N, 3) what the drones make of it: world frame, without gravity [m/s²].
+    """
+
+    g: Array
+    gyro: Array
+    acceleration: Array
+
+
+def _telemetry(row: list[float], motors: list[int], saturated: bool, tumbled: bool) -> Telemetry:
+    x, y, z, vx, vy, vz, ax, ay, az, p, q, r, gx, gy, gz, sx, sy, sz, svx, svy, svz, qx, qy, qz, qw, thrust, volt = row
+    m1, m2, m3, m4 = motors
+    return Telemetry(
+        (x, y, z),
+        (vx, vy, vz),
+        (ax, ay, az),
+        (qx, qy, qz, qw),
+        (p, q, r),
+        (gx, gy, gz),
+        (sx, sy, sz),
+        (svx, svy, svz),
+        (m1, m2, m3, m4),
+        thrust,
+        volt,
+        saturated,
+        tumbled,
+    )
