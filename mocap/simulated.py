@@ -69,7 +69,8 @@ class SimulatedMocap:
             return
         self._count = math.floor(t / self._period + 1e-6) + 1
         # Noise is drawn for hidden bodies too: hiding one must not change what is seen of the others.
-        seen = {name: self._blur(pose) for name, pose in bodies.items()}
+        noise = self._rng.standard_normal((len(bodies), 6)).tolist()
+        seen = {name: self._blur(pose, row) for (name, pose), row in zip(bodies.items(), noise, strict=True)}
         visible = {name: pose for name, pose in seen.items() if name not in self._hidden}
         self._under_way.append(MocapFrame(t, self._count, visible))
 
@@ -85,21 +86,18 @@ class SimulatedMocap:
         self._open = False
         self._under_way.clear()
 
-    def _blur(self, pose: Pose) -> Pose:
-        shift = self._noise_position * self._rng.standard_normal(3)
-        half_turn = 0.5 * self._noise_angle * self._rng.standard_normal(3)
-        x, y, z = (np.asarray(pose.position) + shift).tolist()
+    def _blur(self, pose: Pose, noise: Sequence[float]) -> Pose:
+        """A pose with six standard normal numbers of noise on it (plain floats: a body at a time, arrays cost more)."""
+        spread, turn = self._noise_position, 0.5 * self._noise_angle
+        x, y, z = pose.position
+        position = (x + spread * noise[0], y + spread * noise[1], z + spread * noise[2])
         if pose.quaternion is None:
-            return Pose((x, y, z))
+            return Pose(position)
         qx, qy, qz, qw = pose.quaternion
-        hx, hy, hz = half_turn.tolist()
-        turned = np.array(
-            [
-                qx + hx * qw + hy * qz - hz * qy,
-                qy - hx * qz + hy * qw + hz * qx,
-                qz + hx * qy - hy * qx + hz * qw,
-                qw - hx * qx - hy * qy - hz * qz,
-            ]
-        )
-        a, b, c, d = (turned / np.linalg.norm(turned)).tolist()
-        return Pose((x, y, z), (a, b, c, d))
+        hx, hy, hz = turn * noise[3], turn * noise[4], turn * noise[5]
+        a = qx + hx * qw + hy * qz - hz * qy
+        b = qy - hx * qz + hy * qw + hz * qx
+        c = qz + hx * qy - hy * qx + hz * qw
+        d = qw - hx * qx - hy * qy - hz * qz
+        length = math.sqrt(a * a + b * b + c * c + d * d)
+        return Pose(position, (a / length, b / length, c / length, d / length))

@@ -106,14 +106,15 @@ class SimulatedCrazyflie:
         """Run the 100 Hz work at world time ``t`` [s]."""
         with self._lock:
             self._t = t
-            if not self.is_alive:
+            uptime = t - self._booted
+            if uptime < 0.0:
                 return _GROUNDED
             snapshot = self._snapshot
             snapshot.telemetry = telemetry
             goal = self._high_level.setpoint(telemetry)
             if goal is not None:
-                self._commander.offer(goal, Priority.HIGH_LEVEL, self._uptime())
-            if self._uptime() >= self._next_supervision - 1e-9:
+                self._commander.offer(goal, Priority.HIGH_LEVEL, uptime)
+            if uptime >= self._next_supervision - 1e-9:
                 self._supervise(telemetry)
             snapshot.setpoint, snapshot.info = self._allowed_setpoint(), self._supervisor.info
             snapshot.measurement = self._localization.latest
@@ -138,6 +139,8 @@ class SimulatedCrazyflie:
         self._param = param.ParamPort(self._send, self._parameters)
         getters = live_variables(self._snapshot)
         self._log = log.LogPort(self._send, log_toc(self._hardware), getters, self._milliseconds)
+        self._obeyed = -1  # version of the parameters that the orders' fields below were made of
+        self._controller, self._initial_pose = _GROUNDED.controller, _GROUNDED.initial_pose
         self._next_supervision = 0.0
         self._battery_good = 0.0
         self._ports = self._port_table()
@@ -221,17 +224,14 @@ class SimulatedCrazyflie:
         return Setpoint(SetpointMode.HOVER, position=(0.0, 0.0, wanted.position[2]))
 
     def _orders(self, allowed: Setpoint) -> Orders:
-        parameters = self._parameters
-        reset = bool(parameters["kalman.resetEstimation"])
-        if reset:
-            parameters.set("kalman.resetEstimation", 0)
-            self._param.notify("kalman.resetEstimation")
-        x, y, z, yaw = (parameters[f"kalman.initial{axis}"] for axis in ("X", "Y", "Z", "Yaw"))
-        return Orders(
-            setpoint=allowed,
-            motors_allowed=self._supervisor.can_fly,
-            controller=int(parameters["stabilizer.controller"]),
-            measurements=self._localization.take(),
-            reset_estimator=reset,
-            initial_pose=((x, y, z), yaw),
-        )
+        parameters, can_fly = self._parameters, self._supervisor.can_fly
+        reset = False
+        if parameters.version != self._obeyed:
+            reset = bool(parameters["kalman.resetEstimation"])
+            if reset:
+                parameters.set("kalman.resetEstimation", 0)
+                self._param.notify("kalman.resetEstimation")
+            x, y, z, yaw = (parameters[f"kalman.initial{axis}"] for axis in ("X", "Y", "Z", "Yaw"))
+            self._controller, self._initial_pose = int(parameters["stabilizer.controller"]), ((x, y, z), yaw)
+            self._obeyed = parameters.version
+        return Orders(allowed, can_fly, self._controller, self._localization.take(), reset, self._initial_pose)

@@ -13,6 +13,9 @@ _DEFAULT_CONTROLLER = 1  # PID
 class Parameters:
     """All parameters of one drone, by index and by name.
 
+    Attributes:
+        version: rises with every write.
+
     Args:
         toc: the table of contents with the defaults.
         storage: persistent values by name; survives a reboot because its owner does.
@@ -20,6 +23,7 @@ class Parameters:
 
     def __init__(self, toc: Toc, storage: MutableMapping[str, bytes]) -> None:
         self.toc = toc
+        self.version = 0
         self._storage = storage
         self._structs = [PARAM_STRUCTS[entry.type & 0x0F] for entry in toc.entries]
         self._raw = [storage.get(entry.full_name, entry.default) for entry in toc.entries]
@@ -85,3 +89,4 @@ class Parameters:
         if name == "stabilizer.controller" and not 0 < value < _CONTROLLERS:
             value, raw = _DEFAULT_CONTROLLER, self._structs[index].pack(_DEFAULT_CONTROLLER)
         self._raw[index], self._values[name] = raw, value
+        self.version += 1

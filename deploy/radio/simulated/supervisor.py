@@ -134,6 +134,7 @@ class Supervisor:
 
     def __init__(self, auto_arm: bool, say: Callable[[str], None]) -> None:
         self.state = State.NOT_INITIALIZED
+        self.can_fly = False
         self.armed = False
         self.info = 0x0004 if auto_arm else 0
         self._auto_arm, self._say = auto_arm, say
@@ -141,11 +142,6 @@ class Supervisor:
         self._motors_time: float | None = None
         self._fed: float | None = None
         self._ready_since = self._landed_since = 0.0
-
-    @property
-    def can_fly(self) -> bool:
-        """Whether the motors may run."""
-        return self.state in _MOTORS_ALLOWED
 
     @property
     def is_flying(self) -> bool:
@@ -212,7 +208,7 @@ class Supervisor:
         )
 
     def _enter(self, state: State, t: float) -> None:
-        self.state = state
+        self.state, self.can_fly = state, state in _MOTORS_ALLOWED
         if state is State.READY:
             self._ready_since = t
         elif state is State.LANDED:

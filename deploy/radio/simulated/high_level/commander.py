@@ -94,8 +94,10 @@ class HighLevelCommander:
 
     def setpoint(self, telemetry: Telemetry) -> Setpoint | None:
         """The setpoint of this tick; None when the planner has nothing to say."""
-        with np.errstate(all="ignore"):
-            goal = self.planner.goal(self._t)
+        goal = None
+        if self.is_active:
+            with np.errstate(all="ignore"):
+                goal = self.planner.goal(self._t)
         if goal is not None:
             self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
             return Setpoint(

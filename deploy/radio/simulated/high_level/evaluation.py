@@ -61,9 +61,10 @@ class Polynomial:
 
     def evaluate(self, t: np.float32, sign: int = 1) -> Evaluation:
         """Value at ``t`` seconds; ``sign`` -1 flips odd derivatives (a trajectory flown backwards)."""
-        value = self._descending[0]
+        value = self._descending[0].copy()
         for coefficient in self._descending[1:]:  # Horner
-            value = value * t + coefficient
+            value *= t
+            value += coefficient
         x, y, z, yaw, vx, vy, vz, dyaw, ax, ay, az, _, jx, jy, jz, _ = value.tolist()
         if sign < 0:
             vx, vy, vz, dyaw, jx, jy, jz = -vx, -vy, -vz, -dyaw, -jx, -jy, -jz

@@ -44,6 +44,7 @@ class LogPort:
         self._send, self._toc, self._getters, self._now = send, toc, getters, now
         self._blocks: dict[int, _Block] = {}
         self._running: dict[int, _Block] = {}
+        self._next_due = 0  # [ms] nothing is due before
         self._control: Mapping[int, Callable[[int, bytes], int]] = {
             0x02: self._delete,
             0x03: lambda block, args: self._start(block, (args[0] if args else 0) * 10),
@@ -81,10 +82,13 @@ class LogPort:
         if not self._running:
             return
         now = self._now()
+        if now < self._next_due:
+            return
         for number, block in self._running.items():
             if now >= block.due:
                 self._emit(number, block, now)
                 block.due += block.period * (1 + (now - block.due) // block.period)
+        self._next_due = min(block.due for block in self._running.values())
 
     def _create(self, number: int, args: bytes) -> int:
         if number in self._blocks:
@@ -127,6 +131,7 @@ class LogPort:
             self._running.pop(number, None)
         else:
             block.period, block.due = period, self._now() + period
+            self._next_due = min(self._next_due, block.due)
             self._running[number] = block
         return 0
 
