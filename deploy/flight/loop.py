@@ -19,6 +19,7 @@ from deploy.errors import FlightAborted
 from deploy.flight.journal import Journal, Level
 from deploy.flight.poses import Poses
 from deploy.flight.records import FlightStatus, RobotStatus
+from deploy.flight.reference import Reference
 from deploy.flight.watch import Limits, Seen, Watch
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
@@ -86,6 +87,7 @@ class Flight:
         bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
         self.poses = Poses(mocap, bodies, mission.flight.pose_rate, fleet, log)
         self.references = {name: decode(encoded) for name, encoded in plan.trajectories.items()}
+        self._points = {name: Reference(trajectory) for name, trajectory in self.references.items()}
         self.duration = max(reference.duration for reference in self.references.values())
         self.largest_error = dict.fromkeys(fleet, 0.0)
         self.watching = False
@@ -182,8 +184,7 @@ class Flight:
 
     def velocity_reference(self, robot: str, now: float) -> Vec3:
         """Velocity of the certified trajectory [m/s]; zero before and after it."""
-        x, y, z, _ = self.references[robot].evaluate(np.array([now - self.search.start]), 1)[0]
-        return float(x), float(y), float(z)
+        return self._points[robot].velocity(now - self.search.start)
 
     def yaw_at_start(self, robot: str) -> float:
         """Heading at the first point of a robot's trajectory [rad]."""
@@ -259,8 +260,7 @@ class Flight:
         return reply, code
 
     def _point(self, robot: str, t: float) -> Vec3:
-        x, y, z, _ = self.references[robot].evaluate(np.array([t]))[0]
-        return float(x), float(y), float(z)
+        return self._points[robot].position(t)
 
     def _sense(self, now: float, look: bool) -> str:
         """Poses, telemetry, watch; returns why the flight has to end, or nothing."""

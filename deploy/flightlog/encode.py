@@ -49,6 +49,19 @@ def pose_in_frame(nanoseconds: int, position: Sequence[float], quaternion: Seque
     }
 
 
+def pose_to_json(nanoseconds: int, position: Sequence[float], quaternion: Sequence[float] | None) -> bytes:
+    """``to_json(pose_in_frame(...))``, written out: half of all records of a flight are poses."""
+    x, y, z = map(float, position)
+    a, b, c, d = IDENTITY if quaternion is None else map(float, quaternion)
+    if not math.isfinite(x + y + z + a + b + c + d):
+        return to_json(pose_in_frame(nanoseconds, position, quaternion))
+    sec, nsec = divmod(nanoseconds, NANOSECONDS)
+    return (
+        f'{{"timestamp":{{"sec":{sec},"nsec":{nsec}}},"frame_id":"{WORLD}","pose":{{"position":{{"x":{x!r},"y":{y!r},'
+        f'"z":{z!r}}},"orientation":{{"x":{a!r},"y":{b!r},"z":{c!r},"w":{d!r}}}}}}}'
+    ).encode()
+
+
 def log_line(nanoseconds: int, level: str, name: str, message: str) -> dict[str, object]:
     """A ``foxglove.Log``; level debug, info, warning or fault."""
     return {

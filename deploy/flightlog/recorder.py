@@ -27,6 +27,7 @@ FORMAT = 1  # raised when readers of the previous format could misread a log
 FLUSH_INTERVAL = 250_000_000  # ns of flight time
 CAPACITY = 100_000  # records waiting for the disk, a few dozen MB at most
 PATIENCE = 1.0  # s to wait for room in the queue before looking whether the writer still lives
+NAP = 0.05  # s the writer sleeps when it has nothing to do; events wake it, other records wait for company
 LEAST_FREE = 100_000_000  # bytes of free disk below which no flight starts: ten minutes of ten drones, twice
 
 
@@ -55,6 +56,7 @@ class Recorder:
         self.failure = ""  # why writing stopped; empty while all is well
         self._path, self._part = path, path.with_name(path.name + ".part")
         self._wait = wait
+        self._wake = threading.Event()
         self._queue: queue.Queue[Item | None] = queue.Queue(CAPACITY)
         self._dropped: Counter[str] = Counter()
         self._dropped_lock = threading.Lock()
@@ -78,6 +80,8 @@ class Recorder:
     def put(self, item: Item) -> None:
         """Hand over an item; returns at once unless asked to wait."""
         while not (self._closed or self.failure):
+            if self._queue.full():
+                self._wake.set()
             try:
                 # With a timeout: a writer that failed meanwhile will never make room.
                 self._queue.put(item, block=self._wait, timeout=PATIENCE)
@@ -85,6 +89,8 @@ class Recorder:
                 if self._wait:
                     continue
                 break
+            if item.topic == "/events":
+                self._wake.set()
             return
         self._drop(item)
 
@@ -108,6 +114,7 @@ class Recorder:
                 self._queue.put(None, timeout=PATIENCE)
             except queue.Full:
                 continue
+            self._wake.set()
             self._thread.join()
         try:
             if not self.failure:
@@ -145,7 +152,7 @@ class Recorder:
     def _write_batches(self) -> None:
         """Batches of records, sorted by time and topic, one chunk each."""
         batch: list[Item] = []
-        while (item := self._queue.get()) is not None:
+        while (item := self._next()) is not None:
             if self.failure:
                 self._drop(item)
                 continue
@@ -154,6 +161,15 @@ class Recorder:
                 self._commit(batch, item.time)
                 batch = []
         self._commit(batch, self._last)
+
+    def _next(self) -> Item | None:
+        """The next record. A thread that slept on the queue would be woken, and interrupt the flight, by every one."""
+        while True:
+            try:
+                return self._queue.get_nowait()
+            except queue.Empty:
+                self._wake.wait(NAP)
+                self._wake.clear()
 
     def _commit(self, batch: list[Item], time: int) -> None:
         if self.failure:

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal
 
-from deploy.flightlog.encode import NANOSECONDS, log_line, pose_in_frame, to_json, vector
+from deploy.flightlog.encode import NANOSECONDS, log_line, pose_to_json, to_json, vector
 from deploy.flightlog.recorder import Item, Recorder
 from deploy.flightlog.topics import find_topic
 
@@ -58,7 +58,9 @@ class FlightLog:
 
     def pose(self, robot: str, t: float, position: Sequence[float], quaternion: Sequence[float] | None = None) -> None:
         """A robot's measured pose: position [m], quaternion x, y, z, w (body to world)."""
-        self.write(f"/{robot}/pose", t, pose_in_frame(self._nanoseconds(t), position, quaternion))
+        topic, time = f"/{robot}/pose", self._nanoseconds(t)
+        find_topic(topic)
+        self._recorder.put(Item(time, topic, pose_to_json(time, position, quaternion)))
 
     def estimate(
         self,

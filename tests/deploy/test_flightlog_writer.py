@@ -11,10 +11,13 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from deploy.errors import LogFileError
 from deploy.flightlog import recorder
+from deploy.flightlog.encode import pose_in_frame, pose_to_json, to_json
 from deploy.flightlog.reader import read_log
 from deploy.flightlog.topics import TOPICS, find_topic, json_schema
 from deploy.flightlog.writer import FlightLog
@@ -87,6 +90,15 @@ def test_every_topic_has_a_schema_and_finds_its_row():
     for wrong in ("/cf1", "pose", "/cf1/poses", "/plan/cf1", "//pose", "/{robot}/x"):
         with pytest.raises(ValueError, match="unknown topic"):
             find_topic(wrong)
+
+
+@given(
+    st.integers(0, 2**62),
+    st.tuples(*[st.floats()] * 3) | st.tuples(*[st.integers(-9, 9)] * 3),
+    st.none() | st.tuples(*[st.floats(-1.0, 1.0)] * 4).map(np.array),
+)
+def test_poses_written_out_are_what_the_encoder_writes(time, position, quaternion):
+    assert pose_to_json(time, position, quaternion) == to_json(pose_in_frame(time, position, quaternion))
 
 
 def test_same_records_give_the_same_bytes_whatever_the_threads_do(tmp_path):
