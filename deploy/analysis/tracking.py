@@ -12,6 +12,7 @@ from missions.arrays import Array, frozen
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 _LAGS = np.arange(-0.2, 1.2001, 0.02)  # s, lags that are tried
+_LAG_SAMPLES = 3000  # positions compared; a long flight is thinned, not cut
 _LEAST_MOTION = 0.02  # m of standard deviation below which an axis says nothing about lag
 
 
@@ -79,12 +80,16 @@ def track(robot: str, number: int, motion: Motion, window: MissionWindow, refere
 
 def _lags(t: Array, q: Array, reference: PiecewisePolynomial) -> tuple[float, float, float]:
     """Per axis, the shift of the reference that correlates best with what was flown (Pearson), to a parabola's top."""
-    shifted = np.stack([reference.evaluate(t - lag)[:, :3] for lag in _LAGS])  # (lags, S, 3)
-    flown = q - q.mean(axis=0)
-    shifted = shifted - shifted.mean(axis=1, keepdims=True)
-    spread = np.sqrt((shifted**2).mean(axis=1))  # (lags, 3)
+    every = math.ceil(len(t) / _LAG_SAMPLES)
+    t, flown = t[::every], q[::every] - q[::every].mean(axis=0)
+    spread, correlation = np.empty((len(_LAGS), 3)), np.empty((len(_LAGS), 3))
+    for row, lag in enumerate(_LAGS):
+        shifted = reference.evaluate(t - lag)[:, :3]
+        shifted = shifted - shifted.mean(axis=0)
+        spread[row] = np.sqrt((shifted**2).mean(axis=0))
+        correlation[row] = (shifted * flown).mean(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = (shifted * flown).mean(axis=1) / (spread * np.sqrt((flown**2).mean(axis=0)))
+        correlation /= spread * np.sqrt((flown**2).mean(axis=0))
     still = spread.min(axis=0) < _LEAST_MOTION
     x, y, z = (math.nan if still[axis] else _peak(correlation[:, axis]) for axis in range(3))
     return x, y, z

@@ -64,11 +64,11 @@ function drawLines(chart, canvas) {
   }
   drawTimeAxis(context, axis, height, BOTTOM);
   for (const curve of chart.curves) drawCurve(context, curve, axis, y);
-  context.font = FONT; context.textAlign = "right"; context.textBaseline = "bottom";
+  context.font = FONT; context.textAlign = "left"; context.textBaseline = "bottom";
   for (const limit of chart.limits) {
     context.strokeStyle = context.fillStyle = colours.fail; context.lineWidth = 1; context.setLineDash([5, 3]);
     context.beginPath(); context.moveTo(LEFT, y(limit.y)); context.lineTo(width - RIGHT, y(limit.y)); context.stroke();
-    context.setLineDash([]); context.fillText(limit.name, width - RIGHT - 4, y(limit.y) - 3);
+    context.setLineDash([]); context.fillText(limit.name, LEFT + 6, y(limit.y) - 3);
   }
   drawCursor(context, axis, TOP, inner);
   chart.curves.forEach((curve) => { curve.output.textContent = short(valueAt(curve, cursor.t)); });
@@ -81,7 +81,7 @@ function decades(low, high) {
 }
 
 function drawCurve(context, curve, axis, y) {
-  context.strokeStyle = curve.robot === null ? (curve.style === "planned" ? colours.soft : colours.accent) : robotColour(curve.robot);
+  context.strokeStyle = curve.robot === null ? (curve.style === "planned" ? colours.ink : colours.accent) : robotColour(curve.robot);
   context.lineWidth = 1.6; context.lineJoin = "round";
   context.setLineDash(curve.style === "planned" ? [5, 3] : []);
   context.beginPath();
@@ -139,7 +139,7 @@ function makeChart(chart) {
     for (const curve of chart.curves) {
       curve.times = floats(curve.t); curve.values = floats(curve.y);
       const item = element("li"), swatch = element("i", "", curve.style);
-      swatch.style.setProperty("--c", curve.robot === null ? (curve.style === "planned" ? "var(--soft)" : "var(--accent)") : `var(--r${curve.robot % 8})`);
+      swatch.style.setProperty("--c", curve.robot === null ? (curve.style === "planned" ? "var(--ink)" : "var(--accent)") : `var(--r${curve.robot % 8})`);
       curve.output = element("b", "–");
       item.append(swatch, curve.name, curve.output);
       key.append(item);

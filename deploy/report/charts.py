@@ -11,9 +11,11 @@ from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.verdict import SEPARATION_ALLOWANCE, TRACKING_LIMIT
 from deploy.report.packing import floats, thin
 from deploy.report.playback import zero_time
+from deploy.report.words import scientific
 from missions.arrays import Array
 
 POINTS = 1200  # of a curve
+_PUNCTUAL = 0.01  # s of lag that is none: half of what separates two poses
 Chart = dict[str, object]
 Curve = dict[str, object]
 
@@ -41,18 +43,16 @@ def _curve(
 
 def _ergodicity(analysis: FlightAnalysis) -> Chart:
     found = analysis.coverage
-    curves = [_curve("certified", found.t, found.certified_over_time, style="planned")]
-    if np.isfinite(found.flown_over_time).any():
-        curves.append(_curve("flown", found.t, found.flown_over_time))
+    curves = [_curve("flown", found.t, found.flown_over_time)] if np.isfinite(found.flown_over_time).any() else []
+    curves.append(_curve("certified", found.t, found.certified_over_time, style="planned"))
     planned, certified = found.planned.ergodicity, found.certified.ergodicity
-    reading = f"E falls as the swarm covers the map: {certified:.2e} certified (plan {planned:.2e})"
+    reading = f"E falls as the swarm covers the map: {scientific(certified)} certified (plan {scientific(planned)})"
     if found.flown is None:
         reading += "; the flight shows too little of the search to say"
     else:
         change = found.flown.ergodicity / certified - 1.0 if certified > 0.0 else 0.0
-        reading += (
-            f", {found.flown.ergodicity:.2e} flown, {abs(change) * 100:.0f} % {'more' if change > 0 else 'less'}."
-        )
+        more = f"{abs(change) * 100:.0f} % {'more' if change > 0 else 'less'}"
+        reading += f", {scientific(found.flown.ergodicity)} flown, {more}."
     return {
         "id": "ergodicity",
         "title": "Ergodicity so far",
@@ -119,9 +119,8 @@ def _tracking(analysis: FlightAnalysis) -> Chart | None:
     lags = [item.mean_lag for _, item in known if not math.isnan(item.mean_lag)]
     reading = f"{mean * 100:.1f} cm on average"
     if lags:
-        lag = sum(lags) / len(lags)
         rest = sum(item.residual for _, item in known) / len(known)
-        reading += f"; the robots fly {lag * 1000:.0f} ms behind their trajectories, without that {rest * 100:.1f} cm"
+        reading += "; " + _lag_words(sum(lags) / len(lags), rest)
     return {
         "id": "tracking",
         "title": "Tracking error",
@@ -132,6 +131,13 @@ def _tracking(analysis: FlightAnalysis) -> Chart | None:
         "curves": [_curve(item.robot, item.t, item.error * 100.0, robot=i, keep="largest") for i, item in known],
         "limits": [{"y": TRACKING_LIMIT * 100.0, "name": f"mean allowed: {TRACKING_LIMIT * 100:.0f} cm"}],
     }
+
+
+def _lag_words(lag: float, rest: float) -> str:
+    if abs(lag) < _PUNCTUAL:
+        return f"the robots keep time with their trajectories to {_PUNCTUAL * 1000:.0f} ms"
+    where = "behind" if lag > 0 else "ahead of"
+    return f"the robots fly {abs(lag) * 1000:.0f} ms {where} their trajectories, without that {rest * 100:.1f} cm"
 
 
 def _altitude(analysis: FlightAnalysis) -> Chart | None:
@@ -184,11 +190,14 @@ def _link(analysis: FlightAnalysis) -> Chart | None:
     worst = max(known, key=lambda item: item.latency_p95)
     lost = sum(item.lost for item in analysis.links)
     said = f"{lost} packets lost" if lost else "no packet reported lost"
+    reading = f"Slowest: {worst.robot}, 95 % within {worst.latency_p95:.1f} ms; {said}."
+    if analysis.simulated and worst.latency_p95 == 0.0:
+        reading = f"Ideal: the simulated radio answers at once; {said}."
     return {
         "id": "link",
         "title": "Radio latency",
         "unit": "ms, round trip",
-        "reading": f"Slowest: {worst.robot}, 95 % within {worst.latency_p95:.1f} ms; {said}.",
+        "reading": reading,
         "kind": "lines",
         "zero": True,
         "curves": curves,

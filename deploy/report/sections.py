@@ -10,21 +10,11 @@ from html import escape
 from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.verdict import Level
 from deploy.report.playback import zero_time
+from deploy.report.words import number, scientific
+from planner.certificate.record import Check
 
 _SYMBOLS = {Level.PASS: "✓", Level.WARN: "!", Level.FAIL: "✕"}
 _MOST_EVENTS = 400
-
-
-def number(value: float | None, digits: int = 2, unit: str = "") -> str:
-    """A figure, or a dash when there is none."""
-    if value is None or not math.isfinite(value):
-        return "–"
-    return f"{value:.{digits}f}{' ' + unit if unit else ''}"
-
-
-def scientific(value: float) -> str:
-    """A figure like 1.9e-3, or a dash."""
-    return "–" if not math.isfinite(value) else f"{value:.2e}".replace("e-0", "e-").replace("e+0", "e")
 
 
 def verdict(analysis: FlightAnalysis) -> str:
@@ -155,9 +145,11 @@ def robots_table(analysis: FlightAnalysis) -> str:
                 number(feed.longest_gap, 2),
             ]
         )
-    headings = ["robot", "mean [cm]", "95 % [cm]", "largest [cm]", "lag [ms]", "battery [V]", "lowest [V]"]
-    headings += ["latency [ms]", "95 % [ms]", "lost", "poses [Hz]", "longest gap [s]"]
-    return table(headings, rows, "Robots: tracking error, battery, radio, motion capture", tuple(range(1, 12)))
+    headings = ["robot", "mean [cm]", "95 % [cm]", "largest [cm]", "lag [ms]", "start [V]", "lowest [V]"]
+    headings += ["latency [ms]", "95 % [ms]", "lost", "poses [Hz]", "gap [s]"]
+    return table(
+        headings, rows, "Tracking error, battery, radio, motion capture and its longest gap", tuple(range(1, 12))
+    )
 
 
 def certificate_table(analysis: FlightAnalysis) -> str:
@@ -167,13 +159,19 @@ def certificate_table(analysis: FlightAnalysis) -> str:
             "✓" if check.passed else "✕",
             check.name,
             f"{check.value:.4g} {check.unit}",
-            f"{check.relation.replace('>=', '≥').replace('<=', '≤')} {check.limit:.4g} {check.unit}",
+            _limit(check),
             check.where,
             number(check.time, 2, "s"),
         ]
         for check in analysis.flight_plan.certificate.checks
     ]
     return table(["", "check", "worst value", "allowed", "where", "when"], rows, "Certificate of the bytes", (2, 3, 5))
+
+
+def _limit(check: Check) -> str:
+    sign = {">=": "≥", "<=": "≤"}[check.relation]
+    tolerance = f" (within {check.tolerance:.2g})" if check.tolerance else ""
+    return f"{sign} {check.limit:.4g} {check.unit}{tolerance}"
 
 
 def preflight_table(analysis: FlightAnalysis) -> str:
@@ -183,7 +181,10 @@ def preflight_table(analysis: FlightAnalysis) -> str:
         return ""
     marks = {"info": "✓", "warning": "!", "fault": "✕"}
     rows = [[marks.get(event.level, ""), event.robot or "all", event.text] for event in events]
-    return table(["", "robot", "found"], rows, "Pre-flight checks")
+    bad = sum(event.level != "info" for event in events)
+    said = f"{bad} of {len(events)} did not pass" if bad else f"all {len(events)} passed"
+    listing = table(["", "robot", "found"], rows, "Pre-flight checks")
+    return f"<details{' open' if bad else ''}><summary>Pre-flight checks: {said}</summary>{listing}</details>"
 
 
 def events_table(analysis: FlightAnalysis) -> str:
