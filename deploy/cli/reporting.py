@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,7 +45,7 @@ def print_analysis(analysis: FlightAnalysis, report: Path, *, as_json: bool) -> 
         (f"tracking error of {item.robot}, mean / largest", f"{item.mean * 100:.1f} / {item.largest * 100:.1f} cm")
         for item in analysis.tracking
     ]
-    if analysis.separation is not None:
+    if analysis.separation is not None and math.isfinite(analysis.separation.smallest):
         rows.append(("smallest separation flown", f"{number(analysis.separation.smallest)} m"))
     table(f"{analysis.flight_plan.mission.name}: flight", ("figure", "value"), rows)
     for item in verdict.findings:
