@@ -1,0 +1,80 @@
+"""What a model of motion is, to the planner."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from missions.arrays import Array
+
+
+class Motion(NamedTuple):
+    """What the robots do.
+
+    Attributes:
+        q: (T+1, N, ν) positions at the steps [m].
+        v: (T+1, N, ν) velocities at the steps [m/s].
+        u: (T, N, m) controls, constant over a step, in the model's units: accelerations [m/s²] for the double
+            integrator, velocities [m/s] for the single integrator.
+        q_fine: (sT+1, N, ν) positions at the steps and at s−1 equally spaced instants between them [m].
+    """
+
+    q: Array
+    v: Array
+    u: Array
+    q_fine: Array
+
+
+class Cotangent(NamedTuple):
+    """Gradient of a scalar with respect to a motion; terms add to it in place. Shapes as in :class:`Motion`."""
+
+    q: Array
+    v: Array
+    u: Array
+    q_fine: Array
+
+    @classmethod
+    def zeros_like(cls, motion: Motion) -> Cotangent:
+        """The cotangent of a constant."""
+        return cls(*(np.zeros_like(part) for part in motion))
+
+
+class Linearisation(NamedTuple):
+    """δx(t+1) = A δx(t) + B δu(t) along a motion.
+
+    Attributes:
+        A: (T, N, n, n) or, if the model is linear and the robots alike, (1, 1, n, n).
+        B: (T, N, n, m) or (1, 1, n, m).
+    """
+
+    A: Array
+    B: Array
+
+
+class Dynamics(Protocol):
+    """A model of motion: controls in, motion out, and the transpose of that map."""
+
+    @property
+    def controls_shape(self) -> tuple[int, int, int]:
+        """(T, N, m): steps, robots, controls a robot."""
+
+    @property
+    def substeps(self) -> int:
+        """s, positions a step that :attr:`Motion.q_fine` holds."""
+
+    @property
+    def rests(self) -> bool:
+        """Whether a motion starts and has to end at rest and without acceleration, as what hands over to hovering."""
+
+    def rollout(self, u: Array) -> Motion:
+        """Motion under controls u."""
+
+    def pull(self, motion: Motion, cotangent: Cotangent) -> Array:
+        """Transpose of the rollout's derivative at ``motion``: gradient with respect to u."""
+
+    def linearise(self, motion: Motion) -> Linearisation:
+        """Sensitivities of the model's state from step to step, positions first."""
+
+    def at_steps(self) -> Dynamics:
+        """The same model without samples between the steps."""
