@@ -16,9 +16,9 @@ import numpy as np
 from missions.airframes import Airframe, airframe
 from missions.arrays import Array
 from missions.errors import MissionError
-from missions.reach import best_probability
-from missions.schema import Gaussian, GaussianMixtureMap, Mission, ProbabilisticConnectivity, Vector
+from missions.schema import Gaussian, GaussianMixtureMap, Mission, Vector
 from missions.uris import check_uri, same_drone
+from missions.validate_connectivity import check_connectivity
 
 ErrorAt = Callable[[str, str], MissionError]
 MAX_STEPS = 36_000
@@ -47,7 +47,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     _check_starts(mission, error)
     _check_pads(mission, frame, error)
     _check_parameters(mission, error)
-    _check_connectivity(mission, error)
+    check_connectivity(mission, error)
 
 
 def _airframe(mission: Mission, error: ErrorAt) -> Airframe:
@@ -244,33 +244,6 @@ def _check_parameters(mission: Mission, error: ErrorAt) -> None:
     for name in mission.flight.parameters:
         if not _PARAMETER.fullmatch(name):
             raise error("allowed: 'group.name' of an on-board parameter", f"flight.parameters.{name[:60]!r}")
-
-
-# -------------------------------------------------------------------------------------------------- connectivity
-
-
-def _check_connectivity(mission: Mission, error: ErrorAt) -> None:
-    policy = mission.connectivity
-    if not isinstance(policy, ProbabilisticConnectivity):
-        return
-    if mission.steps % policy.sub_periods:
-        near = [n for n in range(1, mission.steps + 1) if mission.steps % n == 0]
-        near = sorted(sorted(near, key=lambda n: abs(n - policy.sub_periods))[:3])
-        allowed = f"a divisor of the {mission.steps} steps, e.g. {', '.join(map(str, near))}"
-        raise error(f"got {policy.sub_periods}; allowed: {allowed}", "connectivity.sub_periods")
-    if len(mission.robots) < 2:
-        return
-    if policy.range <= mission.limits.separation:
-        reason = f"got {policy.range:g}; allowed: above the separation of {mission.limits.separation:g} [m]"
-        raise error(reason + ", or nobody may ever be within range", "connectivity.range")
-    best, i, j = best_probability(mission, policy)
-    if best < policy.threshold:
-        period = mission.horizon.duration / policy.sub_periods
-        reason = (
-            f"got {policy.threshold:g}; {mission.robots[i].name} and {mission.robots[j].name} can reach at most "
-            f"{best:.2g} in the first sub-period of {period:g} s from where they start"
-        )
-        raise error(reason, "connectivity.threshold")
 
 
 def _at(index: int, field: str) -> str:

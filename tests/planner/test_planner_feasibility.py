@@ -3,9 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from missions.reach import reach
 from missions.schema import Limits, ProbabilisticConnectivity
 from planner.errors import UnreachableError
-from planner.feasibility import check_feasible, reach
+from planner.feasibility import check_feasible
 from planner.problem import build_problem
 from tests.planner.problems import box, imec, robots, scaling, small
 
