@@ -21,6 +21,10 @@ from missions.connectivity import PairThreshold as PairThreshold
 from missions.connectivity import PeriodicConnectivity as PeriodicConnectivity
 from missions.connectivity import ProbabilisticConnectivity as ProbabilisticConnectivity
 from missions.connectivity import SimultaneousConnectivity as SimultaneousConnectivity
+from missions.dynamics import CasadiModel as CasadiModel
+from missions.dynamics import DoubleIntegratorModel as DoubleIntegratorModel
+from missions.dynamics import MotionModel as MotionModel
+from missions.dynamics import SingleIntegratorModel as SingleIntegratorModel
 from missions.fields import NAME
 from missions.fields import Vector as Vector
 from missions.fields import field as field
@@ -227,6 +231,9 @@ class TrajectorySettings:
 class SolverSettings:
     """How long and how hard to search for a plan."""
 
+    method: Literal["fast", "imec"] = field(
+        "fast: this project's; imec: the paper's Algorithm 1, the reference, many times slower", default="fast"
+    )
     seed: int = field("seed of every random choice", at_least=0, default=0)
     time_limit: float = field("stop after this much time", unit="s", above=0.0, default=60.0)
     control_weight: float = field("R: weight of ½ mean u² against log10 E", at_least=0.0, default=0.005)
@@ -270,6 +277,7 @@ class Mission:
     obstacles: tuple[Obstacle, ...] = field("what to stay out of", default=(), items=(0, 1000))
     zones: tuple[Zone, ...] = field("where some or all robots stay out or in", default=(), items=(0, 1000))
     basis: Basis = field("cosine basis of the ergodic metric", default=Basis())
+    dynamics: MotionModel = field("how robots move when controlled", default=DoubleIntegratorModel())
     flight: Flight = field("take-off, rates, on-board settings", default=Flight())
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())
     solver: SolverSettings = field("how to search for a plan", default=SolverSettings())

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from missions import dynamics
 from missions.airframes import Airframe, airframe
 from missions.arrays import Array
 from missions.errors import MissionError
@@ -41,6 +42,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     _check_workspace(mission, error)
     _check_horizon(mission, error)
     _check_information(mission, error)
+    _check_dynamics(mission, error)
     _check_limits(mission, frame, error)
     _check_obstacles(mission, error)
     _check_identities(mission, error)
@@ -131,6 +133,12 @@ def _covariance(gaussian: Gaussian, nu: int) -> Array | None:
 
 
 # -------------------------------------------------------------------------------------------- limits, obstacles
+
+
+def _check_dynamics(mission: Mission, error: ErrorAt) -> None:
+    if found := dynamics.fault(mission.dynamics, mission.dimension):
+        where, reason = found
+        raise error(reason, f"dynamics.{where}")
 
 
 def _check_limits(mission: Mission, frame: Airframe, error: ErrorAt) -> None:
