@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 
+from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission, NoConnectivity
+from missions.shapes import solid
 from planner.certificate.record import Indicators, PairConnection
 from planner.connectivity.pairs import all_pairs, sub_period_bounds
 from planner.connectivity.probability import connection_probability
@@ -56,12 +58,9 @@ def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
 
 
 def smallest_clearance(mission: Mission, q: Array) -> float:
-    """Smallest distance [m] of any sample q (S, N, ≥ν) to the edge of any obstacle; inf without obstacles."""
-    distances = [
-        np.linalg.norm(q[..., :2] - np.array(obstacle.center[:2]), axis=-1).min() - obstacle.radius
-        for obstacle in mission.obstacles
-    ]
-    return float(min(distances, default=math.inf))
+    """Smallest distance [m] of any sample q (S, N, ≥ν) to any obstacle, negative inside; inf without obstacles."""
+    x = np.moveaxis(fleet.in_space(mission, q[..., : mission.dimension]), -1, 0)
+    return min((float(solid(obstacle).distance(x).value.min()) for obstacle in mission.obstacles), default=math.inf)
 
 
 def resample(t: Array, q: Array, times: Array) -> Array:

@@ -101,6 +101,10 @@ def _realise(mission: Mission, plan: Plan, margins: Margins) -> Attempt:
 _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
     "separation": ("separation", lambda check: check.limit - check.value),
     "obstacles": ("obstacle", lambda check: check.limit - check.value),
+    "keep-out zones": ("obstacle", lambda check: check.limit - check.value),
+    "landing obstacles": ("obstacle", lambda check: check.limit - check.value),
+    "landing separation": ("separation", lambda check: check.limit - check.value),
+    "keep-in zones": ("workspace", lambda check: check.limit - check.value),
     "workspace": ("workspace", lambda check: check.limit - check.value),
     "speed": ("speed", lambda check: check.value / check.limit - 1.0),
     "acceleration": ("acceleration", lambda check: check.value / check.limit - 1.0),

@@ -14,6 +14,7 @@ from planner.dynamics import Motion
 from planner.plan import Plan
 from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
+from planner.solver.ends import with_ends
 from planner.solver.lagrangian import Lagrangian
 from planner.solver.lbfgs import Memory
 from planner.solver.modes import Weights, control_modes
@@ -83,7 +84,7 @@ class _Run:
     def __post_init__(self) -> None:
         self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
         problem = self.problem
-        modes = control_modes(problem.steps, problem.dt, Weights())
+        modes = with_ends(control_modes(problem.steps, problem.dt, Weights()), problem)
         self.lagrangian = Lagrangian(problem, modes, (*problem.constraints, *problem.preferences))
 
     def warm(self, initial: Plan, schedule: al.Schedule) -> tuple[al.State, Memory]:

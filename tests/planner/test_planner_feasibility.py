@@ -20,7 +20,7 @@ def test_possible_missions_pass(mission):
     ("starts", "constraint", "where"),
     [
         (((0.5, 0.3), (0.6, 0.3)), "separation", "r0-r1"),
-        (((0.5, 0.3), (1.4, 1.6)), "obstacle clearance", "r1, obstacle at (1.3, 1.5)"),
+        (((0.5, 0.3), (1.4, 1.6)), "obstacle clearance", "r1, obstacles[0]"),
         (((0.5, 0.3), (3.1, 1.0)), "workspace", "r1"),
     ],
 )
