@@ -130,7 +130,7 @@ MEANING = [
     (
         "start: [1.2, 0.3]",
         "start: [1.2, 1.4]",
-        r"robots\[1\]\.start: got \(1\.2, 1\.4\) inside obstacles\[0\], 0\.141 m",
+        r"robots\[1\]\.start: got \(1\.2, 1\.4\) inside obstacles\[0\], 0\.159 m deep",
     ),
     ("start: [1.2, 0.3]", "start: [1.2, 0.3, 0.3]", r"robots\[1\]\.start: got 3 numbers; allowed: 2"),
     (
