@@ -67,6 +67,10 @@ class Dynamics(Protocol):
     def rests(self) -> bool:
         """Whether a motion starts and has to end at rest and without acceleration, as what hands over to hovering."""
 
+    @property
+    def control_scale(self) -> tuple[Array, Array]:
+        """Origin and unit (m,) each: the controls a search starts around, and by how much they typically vary."""
+
     def rollout(self, u: Array) -> Motion:
         """Motion under controls u."""
 

@@ -79,19 +79,24 @@ class CasadiDynamics:
     Attributes:
         model: theirs, for substeps of dt / s.
         start: (N, n) states at t = 0.
+        lower: (m,) least controls. upper: (m,) largest.
         steps: T. dt: step [s].
         substeps: s, positions a step that :attr:`Motion.q_fine` holds; also the integrator's substeps.
+        every_sample: whether :attr:`Motion.q_fine` holds the samples between the steps too.
     """
 
     model: Model
     start: Array
+    lower: Array
+    upper: Array
     steps: int
     dt: float
     substeps: int = 2
     every_sample: bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", frozen(self.start))
+        for name in ("start", "lower", "upper"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def controls_shape(self) -> tuple[int, int, int]:
@@ -102,6 +107,11 @@ class CasadiDynamics:
     def rests(self) -> bool:
         """A model's own business."""
         return False
+
+    @property
+    def control_scale(self) -> tuple[Array, Array]:
+        """The middle of the bounds, and half their range."""
+        return 0.5 * (self.lower + self.upper), 0.5 * (self.upper - self.lower)
 
     def rollout(self, u: Array) -> Motion:
         """Motion under controls u (T, N, m)."""
@@ -212,4 +222,5 @@ def casadi_dynamics(model: CasadiModel, positions: Array, steps: int, dt: float,
     derivative = ca.vertcat(*[translate(text, symbols) for text in model.derivative])
     initial = np.asarray(model.initial or (0.0,) * (n - nu), dtype=np.float64)
     start = np.concatenate([positions, np.broadcast_to(initial, (len(positions), n - nu))], axis=1)
-    return CasadiDynamics(build_model(x, u, derivative, x[:nu], dt / substeps), start, steps, dt, substeps)
+    built = build_model(x, u, derivative, x[:nu], dt / substeps)
+    return CasadiDynamics(built, start, np.array(model.lower), np.array(model.upper), steps, dt, substeps)

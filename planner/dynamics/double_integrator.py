@@ -45,6 +45,12 @@ class DoubleIntegrator:
         """From rest to rest."""
         return True
 
+    @property
+    def control_scale(self) -> tuple[Array, Array]:
+        """About zero, in SI units."""
+        nu = self.start.shape[1]
+        return np.zeros(nu), np.ones(nu)
+
     def rollout(self, u: Array) -> Motion:
         """Motion under accelerations u (T, N, ν) [m/s²]."""
         T, dt, m = self.steps, self.dt, self.substeps

@@ -41,6 +41,12 @@ class SingleIntegrator:
         """Velocities begin and end as they like."""
         return False
 
+    @property
+    def control_scale(self) -> tuple[Array, Array]:
+        """About zero, in SI units."""
+        nu = self.start.shape[1]
+        return np.zeros(nu), np.ones(nu)
+
     def rollout(self, u: Array) -> Motion:
         """Motion under velocities u (T, N, ν) [m/s]; at the last step the velocity of the step before it counts."""
         T, dt, s = self.steps, self.dt, self.substeps

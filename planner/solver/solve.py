@@ -14,11 +14,10 @@ from planner.dynamics import Motion
 from planner.plan import Plan
 from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
-from planner.solver.ends import with_ends
 from planner.solver.lagrangian import Lagrangian
 from planner.solver.lbfgs import Memory
-from planner.solver.modes import Weights, control_modes
 from planner.solver.result import Progress, SolveOutcome, SolveStatus, Violation
+from planner.solver.scaling import scaled_modes
 
 START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
 WARM_PENALTY = 30.0  # μ a warm start begins with: stiff enough to keep what the given plan has settled
@@ -84,7 +83,7 @@ class _Run:
     def __post_init__(self) -> None:
         self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
         problem = self.problem
-        modes = with_ends(control_modes(problem.steps, problem.dt, Weights()), problem)
+        modes = scaled_modes(problem)
         self.lagrangian = Lagrangian(problem, modes, (*problem.constraints, *problem.preferences))
 
     def warm(self, initial: Plan, schedule: al.Schedule) -> tuple[al.State, Memory]:
@@ -183,7 +182,8 @@ class _Run:
     def _plan(self, state: al.State) -> Plan:
         motion, problem = state.motion, self.problem
         v = motion.v.copy()
-        v[-1] = 0.0  # zero by construction, up to rounding
+        if problem.dynamics.rests:
+            v[-1] = 0.0  # by construction, up to rounding
         return Plan(
             t=np.arange(problem.steps + 1, dtype=np.float64) * problem.dt,
             q=motion.q,
