@@ -15,6 +15,7 @@ class Margins:
         acceleration: share taken off the acceleration limit. speed: share taken off the speed limit.
         probability: share added to the connection probability's threshold.
         range: taken off the communication range where robots have to meet [m].
+        contact: added to the time robots have to stay in contact [s].
     """
 
     separation: float = 0.008
@@ -24,3 +25,4 @@ class Margins:
     speed: float = 0.03
     probability: float = 0.01
     range: float = 0.005
+    contact: float = 0.05

@@ -28,6 +28,7 @@ from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.fit import fit
 
 ROUNDS = 4  # how often margins may grow before we say that the plan cannot be certified
+NUDGE = 0.005  # [m] taken off the range when contacts are too short
 STIFFER = 0.05  # share of the acceleration limit given up when polynomials cannot follow the plan within it
 
 
@@ -109,7 +110,11 @@ _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
     "speed": ("speed", lambda check: check.value / check.limit - 1.0),
     "acceleration": ("acceleration", lambda check: check.value / check.limit - 1.0),
     "connection probability": ("probability", lambda check: check.limit / check.value - 1.0),
+    "same-time connection probability": ("probability", lambda check: check.limit / check.value - 1.0),
     "meeting": ("range", lambda check: check.value - check.limit),
+    "rendezvous": ("range", lambda check: check.value - check.limit),
+    "contact at all times": ("range", lambda check: check.value - check.limit),
+    "contact": ("range", lambda _: NUDGE),  # seconds that are missing because of millimetres
 }
 
 

@@ -14,19 +14,15 @@ import numpy as np
 
 from missions import fleet
 from missions.arrays import Array
-from missions.schema import Mission, ProbabilisticConnectivity
+from missions.schema import Mission
 from planner.clearances import clearances, envelope
-from planner.connectivity.pairs import all_pairs, sub_period_bounds
-from planner.connectivity.quadrature import Quadrature, every_step, thinned
+from planner.connections import connections
 from planner.constraints.base import Constraint
-from planner.constraints.connection import Connection
-from planner.constraints.meeting import Meeting
-from planner.dynamics import DoubleIntegrator, Dynamics
+from planner.dynamics import Dynamics
 from planner.ergodic.metric import Metric
 from planner.indicators import ergodic_metric
 from planner.margins import Margins as Margins
-
-NODE_SPACING = 0.6  # distance between nodes of connection probabilities at full speed, in R_c
+from planner.models import control_bounds, mission_dynamics
 
 
 @dataclass(frozen=True)
@@ -62,48 +58,19 @@ def build_problem(mission: Mission, margins: Margins | None = None) -> Problem:
     """The mission's problem with limits tightened by ``margins`` (default: ``Margins()``)."""
     margins = Margins() if margins is None else margins
     dt = mission.horizon.dt
-    velocity = fleet.velocities(mission)
-    dynamics = DoubleIntegrator(
-        fleet.starts(mission), mission.steps, dt, velocity=velocity if np.any(velocity) else None
-    )
+    dynamics = mission_dynamics(mission)
     ends = fleet.ends(mission)
+    policy = connections(mission, margins, dynamics)
     return Problem(
         dynamics=dynamics,
         metric=ergodic_metric(mission),
         constraints=(
             *clearances(mission, margins, dt / dynamics.substeps),
-            *envelope(mission, margins),
-            *_connection(mission, margins),
+            *control_bounds(mission, envelope(mission, margins)),
+            *policy.required,
         ),
-        preferences=_meetings(mission, margins),
+        preferences=policy.preferred,
         dt=dt,
         control_weight=mission.solver.control_weight,
         ends=None if np.isnan(ends).all() else ends,
     )
-
-
-def _names(mission: Mission) -> tuple[str, ...]:
-    return tuple(robot.name for robot in mission.robots)
-
-
-def _connection(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
-    policy, pairs = mission.connectivity, all_pairs(len(mission.robots))
-    if not isinstance(policy, ProbabilisticConnectivity) or len(pairs) == 0:
-        return ()
-    threshold = min(policy.threshold * (1.0 + margins.probability), 1.0)
-    exact = every_step(sub_period_bounds(mission.steps, policy.sub_periods))
-    return (Connection(policy.range, threshold, pairs, _nodes(mission, policy), exact, _names(mission)),)
-
-
-def _meetings(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
-    policy, pairs = mission.connectivity, all_pairs(len(mission.robots))
-    if not isinstance(policy, ProbabilisticConnectivity) or len(pairs) == 0:
-        return ()
-    reach = max(policy.range - margins.range, 0.5 * policy.range)
-    return (Meeting(reach, pairs, _nodes(mission, policy).nodes, _names(mission)),)
-
-
-def _nodes(mission: Mission, policy: ProbabilisticConnectivity) -> Quadrature:
-    """As few steps as the indicator's width allows at full speed."""
-    stride = int(NODE_SPACING * policy.range / (float(fleet.speeds(mission).max()) * mission.horizon.dt))
-    return thinned(sub_period_bounds(mission.steps, policy.sub_periods), max(stride, 1))

@@ -14,25 +14,24 @@ import numpy as np
 
 from missions import fleet
 from missions.arrays import Array
-from missions.schema import Mission, ProbabilisticConnectivity
-from planner.certificate import motion, places, transitions
-from planner.certificate.checks import DISTANCE_TOLERANCE, check, value_of, worst
-from planner.certificate.connectivity import period_boundaries, with_exact_meetings
+from missions.schema import Mission
+from planner.certificate import motion, places
+from planner.certificate.checks import check, value_of, worst
+from planner.certificate.connectivity import connection_checks, gather, period_boundaries
 from planner.certificate.errors import CertificateError
 from planner.certificate.memory import decoded, memory_checks
 from planner.certificate.record import Certificate, Check, Indicators
-from planner.certificate.separation import Approaches, closest_approaches
+from planner.certificate.separation import closest_approaches
 from planner.indicators import indicators
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 SHARE_TOLERANCE = 0.01  # of speed and acceleration limits
-PROBABILITY_TOLERANCE = 1e-6
 JUMP_LIMITS = (1e-3, 0.01, 0.1)  # [m], [m/s], [m/s²] at joints: what rounding may leave, far below what is felt
 YAW_JUMP_LIMIT = 0.01  # [rad]
 REST_LIMITS = (0.005, 0.05)  # [m/s], [m/s²] at both ends
 
-_SAMPLES_PER_STEP = 4  # for shares of time, the only sampled figures
+_SAMPLES_PER_STEP = 4
 
 
 def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> Certificate:
@@ -55,17 +54,17 @@ def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> 
     flown = {name: decoded(name, trajectories[name]) for name in names}
     periods = period_boundaries(mission)
     approaches = closest_approaches(list(flown.values()), periods)
-    found = _indicators(mission, flown, approaches)
+    evidence = gather(mission, list(flown.values()), approaches, _sampled(mission, flown))
     checks = [
         *places.separation(mission, list(flown.values()), approaches),
         *worst(item for k, name in enumerate(names) for item in _robot_checks(mission, k, flown[name])),
-        *(_connection_checks(mission, names, found, approaches)),
+        *connection_checks(mission, evidence),
         *places.transitions(mission, flown),
         *worst(item for name in names for item in _memory(mission, name, trajectories[name], flown[name])),
     ]
     return Certificate(
         checks=tuple(checks),
-        indicators=replace(found, smallest_clearance=value_of(checks, "obstacles")),
+        indicators=replace(evidence.found, smallest_clearance=value_of(checks, "obstacles")),
         mission_sha256=mission.source.sha256 if mission.source else "",
         trajectories_sha256=tuple((name, trajectories[name].sha256) for name in names),
     )
@@ -131,32 +130,6 @@ def _smoothness_checks(name: str, flown: PiecewisePolynomial) -> list[Check]:
     return checks
 
 
-def _connection_checks(mission: Mission, names: list[str], found: Indicators, approaches: Approaches) -> list[Check]:
-    """The policy: every pair's P in every sub-period, and that they truly meet in it."""
-    policy = mission.connectivity
-    if not isinstance(policy, ProbabilisticConnectivity) or not found.pairs:
-        return []
-    P = np.array([pair.probability for pair in found.pairs])
-    pair, period = np.unravel_index(np.argmin(P), P.shape)
-    where = f"{transitions.names_of(approaches.pairs[pair], names)}, sub-period {period + 1}"
-    connection = check(
-        "connection probability", P[pair, period], policy.threshold, "", ">=", where, tolerance=PROBABILITY_TOLERANCE
-    )
-    pair, period = np.unravel_index(np.argmax(approaches.attained), approaches.attained.shape)
-    where = f"{transitions.names_of(approaches.pairs[pair], names)}, sub-period {period + 1}"
-    meeting = check(
-        "meeting",
-        approaches.attained[pair, period],
-        policy.range,
-        "m",
-        "<=",
-        where,
-        float(approaches.time[pair, period]),
-        DISTANCE_TOLERANCE,
-    )
-    return [connection, meeting]
-
-
 def _memory(mission: Mission, name: str, encoded: EncodedTrajectory, flown: PiecewisePolynomial) -> list[Check]:
     return memory_checks(name, encoded, flown.duration, mission.horizon.duration)
 
@@ -164,8 +137,8 @@ def _memory(mission: Mission, name: str, encoded: EncodedTrajectory, flown: Piec
 # ------------------------------------------------------------------------------------------------ figures
 
 
-def _indicators(mission: Mission, flown: Mapping[str, PiecewisePolynomial], approaches: Approaches) -> Indicators:
-    """Indicators of what will fly; meetings and distances exact, shares of time from samples."""
+def _sampled(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> Indicators:
+    """Indicators of samples of what will fly: exact where they are defined at the planning step."""
     t: Array = np.arange(mission.steps * _SAMPLES_PER_STEP, dtype=np.float64) * (mission.horizon.dt / _SAMPLES_PER_STEP)
     q = np.stack([trajectory.evaluate(t)[:, : mission.dimension] for trajectory in flown.values()], axis=1)
-    return with_exact_meetings(mission, indicators(mission, t, q), approaches)
+    return indicators(mission, t, q)

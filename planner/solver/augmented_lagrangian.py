@@ -90,6 +90,7 @@ def step(
     lagrangian: Lagrangian, state: State, schedule: Schedule, memory: Memory, keep_going: Callable[[], bool]
 ) -> State:
     """One round: minimise with fixed multipliers, update them, raise the penalty."""
+    lagrangian.adapt(state.motion)
 
     def objective(z: Array) -> tuple[float, Array]:
         return lagrangian(z, state.multipliers, state.mu)
@@ -149,6 +150,7 @@ def hopeless(state: State, schedule: Schedule) -> bool:
 
 def merit(lagrangian: Lagrangian, state: State) -> float:
     """Objective plus penalty at the state's own μ, without multipliers: comparable between states of one round."""
+    lagrangian.adapt(state.motion)
     none = tuple(np.zeros_like(lam) for lam in state.multipliers)
     return lagrangian(state.z, none, state.mu)[0]
 

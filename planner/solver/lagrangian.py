@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from missions.arrays import Array
-from planner.constraints.base import Constraint, Evaluation
+from planner.constraints.base import Constraint, Evaluation, adapted
 from planner.dynamics import Cotangent, Motion
 from planner.ergodic.metric import MetricValue
 from planner.problem import Problem
@@ -61,6 +61,12 @@ class Lagrangian:
         """Motion of the variables z (flat)."""
         _, robots, nu = self.problem.dynamics.controls_shape
         return self.problem.dynamics.rollout(self.modes.controls(z.reshape(-1, robots, nu)))
+
+    def adapt(self, motion: Motion) -> None:
+        """Let constraints that choose what they ask for choose anew; between rounds only, to keep rounds smooth."""
+        adjusted = tuple(adapted(constraint, motion) for constraint in self.constraints)
+        if any(new is not old for new, old in zip(adjusted, self.constraints, strict=True)):
+            self.constraints, self.last = adjusted, None
 
     def at(self, z: Array) -> Sample:
         """Metric and constraints at z; for nothing if this very z came last."""

@@ -75,8 +75,9 @@ def test_a_met_meeting_residual_proves_a_meeting(seed):
     (meeting,) = problem.preferences
     motion = random_motion(problem, seed)
     residual, violation = meeting.evaluate(motion).residual, meeting.violation(motion)
-    distance = violation + meeting.range
-    assert (residual >= (distance**2 - meeting.range**2) / (2.0 * meeting.range) - 1e-12).all()
+    reach = meeting.range[:, None]
+    distance = violation + reach
+    assert (residual >= (distance**2 - reach**2) / (2.0 * reach) - 1e-12).all()
 
 
 @pytest.mark.parametrize("mission", [imec(), box()], ids=["2-D", "3-D"])
