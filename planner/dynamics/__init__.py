@@ -4,8 +4,8 @@ All robots roll out at once. Axis order is time, robot, axis everywhere. The Cas
 an optional package.
 """
 
-from planner.dynamics.base import Cotangent, Dynamics, Linearisation, Motion
+from planner.dynamics.base import Cotangent, Dynamics, Linearisation, Motion, StateGradient
 from planner.dynamics.double_integrator import DoubleIntegrator
 from planner.dynamics.single_integrator import SingleIntegrator
 
-__all__ = ["Cotangent", "DoubleIntegrator", "Dynamics", "Linearisation", "Motion", "SingleIntegrator"]
+__all__ = ["Cotangent", "DoubleIntegrator", "Dynamics", "Linearisation", "Motion", "SingleIntegrator", "StateGradient"]

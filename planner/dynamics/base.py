@@ -41,7 +41,7 @@ class Cotangent(NamedTuple):
 
 
 class Linearisation(NamedTuple):
-    """δx(t+1) = A δx(t) + B δu(t) along a motion.
+    """δẋ = A δx + B δu along a motion.
 
     Attributes:
         A: (T, N, n, n) or, if the model is linear and the robots alike, (1, 1, n, n).
@@ -50,6 +50,17 @@ class Linearisation(NamedTuple):
 
     A: Array
     B: Array
+
+
+class StateGradient(NamedTuple):
+    """Gradient of a scalar by the states and controls at steps 0 to T−1, as if they were independent.
+
+    Attributes:
+        alpha: (T, N, n). beta: (T, N, m).
+    """
+
+    alpha: Array
+    beta: Array
 
 
 class Dynamics(Protocol):
@@ -78,7 +89,10 @@ class Dynamics(Protocol):
         """Transpose of the rollout's derivative at ``motion``: gradient with respect to u."""
 
     def linearise(self, motion: Motion) -> Linearisation:
-        """Sensitivities of the model's state from step to step, positions first."""
+        """Sensitivities of the rate of the model's state; the state begins with the position."""
+
+    def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
+        """A cotangent in terms of states; for models without samples between the steps (:meth:`at_steps`)."""
 
     def at_steps(self) -> Dynamics:
         """The same model without samples between the steps."""

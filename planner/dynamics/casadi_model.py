@@ -13,7 +13,7 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from missions.dynamics import CasadiModel
-from planner.dynamics.base import Cotangent, Linearisation, Motion
+from planner.dynamics.base import Cotangent, Linearisation, Motion, StateGradient
 from planner.dynamics.expressions import Expression, casadi, translate
 
 
@@ -25,6 +25,7 @@ class Model:
         states: n. controls: m. axes: ν.
         step: (x, u) → x after one substep (Runge-Kutta 4), u held.
         sensitivities: (x, u) → ∂step/∂x, ∂step/∂u.
+        rate: (x, u) → ∂f/∂x, ∂f/∂u.
         output: (x, u) → q, dq/dt.
         output_sensitivities: (x, u) → ∂q/∂x, ∂(dq/dt)/∂x, ∂(dq/dt)/∂u.
     """
@@ -34,6 +35,7 @@ class Model:
     axes: int
     step: Any
     sensitivities: Any
+    rate: Any
     output: Any
     output_sensitivities: Any
 
@@ -67,6 +69,9 @@ def build_model(x: Expression, u: Expression, derivative: Expression, position: 
         axes=position.numel(),
         step=ca.Function("step", [x, u], [ca.densify(after)]),
         sensitivities=ca.Function("sensitivities", [x, u], jacobians),
+        rate=ca.Function(
+            "rate", [x, u], [ca.densify(ca.jacobian(derivative, x)), ca.densify(ca.jacobian(derivative, u))]
+        ),
         output=ca.Function("output", [x, u], [ca.densify(position), ca.densify(velocity)]),
         output_sensitivities=ca.Function("output_sensitivities", [x, u], [q_x, v_x, v_u]),
     )
@@ -119,36 +124,39 @@ class CasadiDynamics:
 
     def pull(self, motion: Motion, cotangent: Cotangent) -> Array:
         """Gradient (T, N, m) with respect to u: the sensitivities' transposes, backwards in time."""
-        s, T = self.substeps, self.steps
-        states = self._states(motion.u)
-        held = self._held(motion.u)
+        to_x, to_u = self._to_states(motion, cotangent)
+        states, held = self._states(motion.u), self._held(motion.u)
         A, B = self._evaluated(self._sensitivity, states[:-1], held[:-1])
-        q_x, v_x, v_u = self._evaluated(self._output_sensitivity, states, held)
-        to_q = np.zeros((s * T + 1, len(self.start), self.model.axes))
+        At, Bt = np.swapaxes(A, -1, -2), np.swapaxes(B, -1, -2)
+        adjoint = to_x[-1][..., None]
+        for k in reversed(range(len(A))):
+            to_u[k // self.substeps] += (Bt[k] @ adjoint)[..., 0]
+            adjoint = At[k] @ adjoint + to_x[k][..., None]
+        return to_u
+
+    def _to_states(self, motion: Motion, cotangent: Cotangent) -> tuple[Array, Array]:
+        """Gradient by the states at the substeps (sT+1, N, n) and by the controls (T, N, m)."""
+        s = self.substeps
+        q_x, v_x, v_u = self._evaluated(self._output_sensitivity, self._states(motion.u), self._held(motion.u))
+        to_q = np.zeros((*q_x.shape[:2], self.model.axes))
         to_q[:: 1 if self.every_sample else s] += cotangent.q_fine
         to_q[::s] += cotangent.q
-        to_x = np.einsum("tnqx,tnq->tnx", q_x, to_q)
+        to_x: Array = np.einsum("tnqx,tnq->tnx", q_x, to_q)
         to_x[::s] += np.einsum("tnqx,tnq->tnx", v_x[::s], cotangent.v)
-        to_u = cotangent.u + np.einsum("tnqu,tnq->tnu", v_u[::s], cotangent.v)[:-1]
-        to_u[-1] += np.einsum("nqu,nq->nu", v_u[-1], cotangent.v[-1])
-        adjoint = to_x[-1][..., None]
-        At, Bt = np.swapaxes(A, -1, -2), np.swapaxes(B, -1, -2)
-        for k in reversed(range(s * T)):
-            to_u[k // s] += (Bt[k] @ adjoint)[..., 0]
-            adjoint = At[k] @ adjoint + to_x[k][..., None]
-        gradient: Array = to_u
-        return gradient
+        by_v = np.einsum("tnqu,tnq->tnu", v_u[::s], cotangent.v)
+        to_u = cotangent.u + by_v[:-1]
+        to_u[-1] += by_v[-1]
+        return to_x, to_u
 
     def linearise(self, motion: Motion) -> Linearisation:
-        """Sensitivities from step to step: those of the substeps, chained."""
-        s = self.substeps
-        states, held = self._states(motion.u), self._held(motion.u)
-        fine_A, fine_B = self._evaluated(self._sensitivity, states[:-1], held[:-1])
-        A, B = fine_A[::s], fine_B[::s]
-        for k in range(1, s):
-            B = fine_A[k::s] @ B + fine_B[k::s]
-            A = fine_A[k::s] @ A
+        """∂f/∂x and ∂f/∂u at the steps."""
+        A, B = self._evaluated(self._rate, self._states(motion.u)[: -1 : self.substeps], motion.u)
         return Linearisation(A, B)
+
+    def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
+        """By x and u."""
+        to_x, to_u = self._to_states(motion, cotangent)
+        return StateGradient(to_x[: -1 : self.substeps], to_u)
 
     def at_steps(self) -> CasadiDynamics:
         """The same model, integrated as finely, without samples between the steps."""
@@ -183,6 +191,10 @@ class CasadiDynamics:
     @cached_property
     def _sensitivity(self) -> Any:  # noqa: ANN401 - a CasADi function
         return self.model.sensitivities.map(self.steps * self.substeps * len(self.start))
+
+    @cached_property
+    def _rate(self) -> Any:  # noqa: ANN401 - a CasADi function
+        return self.model.rate.map(self.steps * len(self.start))
 
     @cached_property
     def _output_sensitivity(self) -> Any:  # noqa: ANN401 - a CasADi function

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.arrays import Array, frozen
-from planner.dynamics.base import Cotangent, Linearisation, Motion
+from planner.dynamics.base import Cotangent, Linearisation, Motion, StateGradient
 
 
 @dataclass(frozen=True)
@@ -89,12 +89,18 @@ class DoubleIntegrator:
         return to_u
 
     def linearise(self, motion: Motion) -> Linearisation:
-        """State (q, v): A = [[1, dt], [0, 1]], B = [½dt², dt]: the model is linear."""
+        """State (q, v): A = [[0, 1], [0, 0]], B = [0, 1]: the model is linear."""
         del motion  # Unused.
         one = np.eye(self.start.shape[1])
-        A = np.kron(np.array([[1.0, self.dt], [0.0, 1.0]]), one)
-        B = np.kron(np.array([[0.5 * self.dt**2], [self.dt]]), one)
+        A = np.kron(np.array([[0.0, 1.0], [0.0, 0.0]]), one)
+        B = np.kron(np.array([[0.0], [1.0]]), one)
         return Linearisation(A[None, None], B[None, None])
+
+    def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
+        """By (q, v) and u."""
+        del motion  # Unused.
+        to_q = cotangent.q + cotangent.q_fine[:: self.substeps]
+        return StateGradient(np.concatenate([to_q[:-1], cotangent.v[:-1]], axis=-1), cotangent.u)
 
     def at_steps(self) -> DoubleIntegrator:
         """The same model without samples between the steps."""

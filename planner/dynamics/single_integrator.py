@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.arrays import Array, frozen
-from planner.dynamics.base import Cotangent, Linearisation, Motion
+from planner.dynamics.base import Cotangent, Linearisation, Motion, StateGradient
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,16 @@ class SingleIntegrator:
         return to_u
 
     def linearise(self, motion: Motion) -> Linearisation:
-        """A = 1, B = dt: the model is linear."""
+        """State q: A = 0, B = 1: the model is linear."""
         del motion  # Unused.
         one = np.eye(self.start.shape[1])[None, None]
-        return Linearisation(one, self.dt * one)
+        return Linearisation(0.0 * one, one)
+
+    def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
+        """By q and u."""
+        del motion  # Unused.
+        to_q = cotangent.q + cotangent.q_fine[:: self.substeps]
+        return StateGradient(to_q[:-1], cotangent.u + cotangent.v[:-1])
 
     def at_steps(self) -> SingleIntegrator:
         """The same model without samples between the steps."""

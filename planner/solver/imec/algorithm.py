@@ -10,7 +10,7 @@ import numpy as np
 from missions.arrays import Array
 from planner.dynamics import Motion
 from planner.solver.imec.cost import Cost
-from planner.solver.imec.riccati import Gains, backward, minimiser
+from planner.solver.imec.riccati import Gains, minimiser, solve_riccati
 
 COARSE = 5  # the line search tries every fifth step first
 
@@ -55,16 +55,14 @@ def step(cost: Cost, state: State, gains: Gains) -> State:
     """Lines 3 to 14: LQR direction, line search, then multipliers or penalty."""
     parameters = cost.parameters
     before = cost.value(state.motion, state.multipliers, state.r)
-    gradient = cost.gradient(state.motion, state.multipliers, state.r)
-    direction = minimiser(gains, gradient)
+    alpha, beta = cost.gradient(state.motion, state.multipliers, state.r)
+    direction = minimiser(gains, alpha, beta)
     index, motion, after = line_search(cost, state, direction, before)
     residuals = cost.residuals(motion)
     multipliers, r, eps_J = state.multipliers, state.r, state.eps_J
     change = state.J - after
     if change > eps_J:
-        multipliers = tuple(
-            np.maximum(mu + r * c, 0.0) for mu, c in zip(multipliers, residuals, strict=True)
-        )
+        multipliers = tuple(np.maximum(mu + r * c, 0.0) for mu, c in zip(multipliers, residuals, strict=True))
     else:
         r, eps_J = r * parameters.alpha_r, eps_J * parameters.alpha_J
     return replace(
@@ -114,12 +112,11 @@ def line_search(cost: Cost, state: State, direction: Array, before: float) -> tu
 
 def gains_of(cost: Cost, motion: Motion) -> Gains:
     """Gains along a motion; for linear models once is enough."""
-    parameters, dynamics = cost.parameters, cost.problem.dynamics
-    linear = dynamics.linearise(motion)
+    parameters, problem = cost.parameters, cost.problem
+    linear = problem.dynamics.linearise(motion)
     n, m = linear.B.shape[2:]
-    nu = motion.q.shape[2]
-    weights = np.where(np.arange(n) < nu, parameters.Qq, parameters.Qv)
-    return backward(linear, cost.problem.steps, np.diag(weights), parameters.R * np.eye(m))
+    weights = np.where(np.arange(n) < motion.q.shape[2], parameters.Qq, parameters.Qv)
+    return solve_riccati(linear, problem.steps, problem.dt, np.diag(weights), parameters.R * np.eye(m))
 
 
 def _violation(residuals: tuple[Array, ...]) -> float:

@@ -19,11 +19,11 @@ import numpy as np
 from missions.arrays import Array
 from planner.constraints.acceleration import ControlBound
 from planner.constraints.base import Constraint
-from planner.constraints.connection import Connection
+from planner.constraints.control_box import ControlBox
 from planner.constraints.obstacles import Obstacles
 from planner.constraints.separation import Separation
 from planner.constraints.workspace import Inside
-from planner.dynamics import Cotangent, Motion
+from planner.dynamics import Cotangent, Motion, StateGradient
 from planner.problem import Problem
 from planner.solver.imec.parameters import Parameters
 
@@ -45,14 +45,15 @@ class Cost:
     Attributes:
         problem: what is solved, sampled at the steps as in the paper. parameters: Table I.
         constraints: those in the augmented Lagrangian. box: the workspace, None if the problem has none.
-        limit: |u| ≤ limit, broadcastable to (T, N, m).
+        least: bounds of the controls, broadcastable to (T, N, m). largest: the same.
     """
 
     problem: Problem
     parameters: Parameters
     constraints: tuple[Constraint, ...]
     box: Inside | None
-    limit: Array
+    least: Array
+    largest: Array
     evaluations: int = 0
 
     @classmethod
@@ -60,16 +61,18 @@ class Cost:
         """The cost of a problem."""
         problem = replace(problem, dynamics=problem.dynamics.at_steps())
         boxes = [c for c in problem.constraints if isinstance(c, Inside)]
-        bounds = [c for c in problem.constraints if isinstance(c, ControlBound)]
-        others = tuple(c for c in problem.constraints if not isinstance(c, Inside | ControlBound))
-        limit = np.array(math.inf)
-        for bound in bounds:
-            limit = np.minimum(limit, bound.limit)
-        return cls(problem, parameters, others, boxes[0] if boxes else None, limit)
+        others = tuple(c for c in problem.constraints if not isinstance(c, Inside | ControlBound | ControlBox))
+        least, largest = np.array(-math.inf), np.array(math.inf)
+        for bound in problem.constraints:
+            if isinstance(bound, ControlBound):
+                least, largest = -bound.limit[:, None], bound.limit[:, None]
+            elif isinstance(bound, ControlBox):
+                least, largest = bound.lower, bound.upper
+        return cls(problem, parameters, others, boxes[0] if boxes else None, least, largest)
 
     def rollout(self, u: Array) -> Motion:
         """Motion under controls clipped to their bounds."""
-        return self.problem.dynamics.rollout(np.clip(u, -self.limit, self.limit))
+        return self.problem.dynamics.rollout(np.clip(u, self.least, self.largest))
 
     def residuals(self, motion: Motion) -> tuple[Array, ...]:
         """Each constraint in the paper's form and scale."""
@@ -84,8 +87,8 @@ class Cost:
             value += (float(np.vdot(active, active)) - float(np.vdot(mu, mu))) / (2.0 * r)
         return value
 
-    def gradient(self, motion: Motion, multipliers: Sequence[Array], r: float) -> Array:
-        """dJ/du (T, N, m) through the dynamics."""
+    def gradient(self, motion: Motion, multipliers: Sequence[Array], r: float) -> StateGradient:
+        """α and β: dJ by states and controls (Eq. 22, 24)."""
         problem = self.problem
         cotangent = Cotangent.zeros_like(motion)
         E, dE = problem.metric.evaluate(motion.q[:-1])
@@ -100,7 +103,7 @@ class Cost:
             active = np.maximum(mu + r * scaled.c, 0.0)
             if active.any():
                 evaluation.pull(active * scaled.slope, cotangent)
-        return problem.dynamics.pull(motion, cotangent)
+        return problem.dynamics.state_gradient(motion, cotangent)
 
     def _objective(self, motion: Motion) -> float:
         problem = self.problem
@@ -129,7 +132,7 @@ class Cost:
 
     def _scaled(self, constraint: Constraint, g: Array) -> Scaled:
         parameters = self.parameters
-        if isinstance(constraint, Connection):  # g = log ε − log P
+        if constraint.unit == "":  # g = log ε − log P
             share = parameters.r_c * np.exp(-g)  # r_c P/ε
             return Scaled(parameters.r_c - share, share)
         weight = parameters.r_a / max(g.size // len(self._instants(g)), 1)

@@ -18,6 +18,8 @@ class Parameters:
         eps_J: decrease of J above which multipliers move. alpha_J: its decay.
         iterations: k_m.
         settled: |ΔJ| below which J has settled. violation: sum of scaled violations that counts as met.
+        tolerance: largest miss of a limit that a plan may leave [m, or a thousandth per tolerance of another unit]. The
+            search goes on until then; with 5e-3 it ends where the authors' code does.
         backtrack: ratio of the line search's steps. steps: how many of them.
     """
 
@@ -34,5 +36,6 @@ class Parameters:
     iterations: int = 2000
     settled: float = 1e-6
     violation: float = 0.01
+    tolerance: float = 1e-3
     backtrack: float = 0.8
     steps: int = 50
