@@ -60,6 +60,7 @@ def check_places(mission: Mission, frame: Airframe, error: ErrorAt) -> None:
             raise error(f"got {robot.altitude:g}; {reason}", _at(i, "altitude"))
         if robot.velocity is not None:
             _check_velocity(mission, i, robot.velocity, error)
+        _check_boundary_conditions(mission, i, error)
     _check_apart(mission, fleet.starts(mission), "start", error)
     for i, robot in enumerate(mission.robots):
         if robot.end is not None and robot.end != "start":
@@ -101,6 +102,18 @@ def _check_outside(body: Solid, x: Array, what: str, point: Vector, where: str, 
     depth = -_distance(body, x)
     if depth > SLACK:
         raise error(f"got {_show(point)} inside {what}, {depth:.3g} m deep; allowed: outside of it", where)
+
+
+def _check_boundary_conditions(mission: Mission, i: int, error: ErrorAt) -> None:
+    """Given ends and starts in motion are built into the variables of one method for one model of motion."""
+    robot = mission.robots[i]
+    given = "end" if robot.end is not None else "velocity" if robot.velocity is not None else ""
+    if given and mission.dynamics.type != "double_integrator":
+        reason = f"given with dynamics of type {mission.dynamics.type}; allowed: with double_integrator"
+        raise error(reason, _at(i, given))
+    if given and mission.solver.method != "fast":
+        reason = f"given with the method {mission.solver.method}; allowed: with fast"
+        raise error(reason, _at(i, given))
 
 
 def _check_velocity(mission: Mission, i: int, velocity: Vector, error: ErrorAt) -> None:

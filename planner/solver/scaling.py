@@ -14,9 +14,10 @@ from planner.solver.modes import ControlModes, Weights, control_modes
 
 def scaled_modes(problem: Problem) -> ControlModes:
     """Modes of accelerations from rest to rest, or free modes of whatever else the controls are."""
-    if problem.dynamics.rests:
-        return with_ends(control_modes(problem.steps, problem.dt, Weights()), problem)
-    return free_modes(problem, Weights())
+    weights = Weights()
+    rests = problem.dynamics.rests
+    modes = control_modes(problem.steps, problem.dt, weights) if rests else free_modes(problem, weights)
+    return with_ends(modes, problem)
 
 
 @dataclass(frozen=True)

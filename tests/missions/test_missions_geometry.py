@@ -99,6 +99,18 @@ REFUSED = [
     ),
     (ZONES, "limits: {speed: 0.6}", "velocity: [0.6]", r"robots\[1\]\.velocity: got 1 items; allowed: 2 to 3"),
     (ROOM, "end: start,", "end: start, altitude: 0.5,", r"robots\[0\]\.altitude: got 0\.5; allowed in 2-D workspaces"),
+    (
+        ROOM,
+        "schema_version: 1",
+        "schema_version: 1\nsolver: {method: imec}",
+        r"robots\[0\]\.end: given with the method imec; allowed: with fast",
+    ),
+    (
+        ROOM,
+        "schema_version: 1",
+        "schema_version: 1\ndynamics: {type: single_integrator}",
+        r"robots\[0\]\.end: given with dynamics of type single_integrator; allowed: with double_integrator",
+    ),
     (ROOM, "end: start,", "end: begin,", r"robots\[0\]\.end: got 'begin'; allowed: start"),
     (ROOM, "end: start,", "end: [0.5, 0.5],", r"robots\[0\]\.end: got 2 numbers; allowed: 3"),
     (ROOM, "end: start,", "end: [0.5, 0.5, 1.7],", r"robots\[0\]\.end: .* outside the workspace"),

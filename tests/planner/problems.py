@@ -5,8 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from missions.schema import (
+from missions.obstacles import (
+    BoxObstacle,
     CircleObstacle,
+    CylinderObstacle,
+    KeepInZone,
+    KeepOutZone,
+    PolygonObstacle,
+)
+from missions.schema import (
     Connectivity,
     Gaussian,
     GaussianMixtureMap,
@@ -16,6 +23,7 @@ from missions.schema import (
     NoConnectivity,
     ProbabilisticConnectivity,
     Robot,
+    RobotLimits,
     SolverSettings,
     UniformMap,
     Workspace,
@@ -95,6 +103,52 @@ def box(**changes) -> Mission:
             "robots": robots((-0.5, -0.5, 0.6), (0.5, -0.5, 0.6), (0.0, 0.6, 1.0)),
             **changes,
         },
+    )
+
+
+def furnished(**changes) -> Mission:
+    """Three drones in a room full of everything: each kind of obstacle and zone, limits and ends of single robots."""
+    quad = ((0.3, -0.9), (0.8, -0.8), (0.7, -0.4), (0.35, -0.5))
+    return small(
+        **{
+            "name": "furnished",
+            "workspace": Workspace((-1.0, -1.0, 0.3), (1.0, 1.0, 1.5)),
+            "information": UniformMap(),
+            "robots": (
+                Robot("r0", (-0.8, -0.8, 0.6), end="start", limits=RobotLimits(acceleration=0.4)),
+                Robot("r1", (0.9, -0.2, 0.6), velocity=(0.2, 0.1, -0.1), limits=RobotLimits(speed=0.7)),
+                Robot("r2", (0.0, 0.8, 1.2), end=(-0.6, 0.7, 0.5)),
+            ),
+            "limits": Limits(0.5, 1.0, 0.3, vertical_separation=0.5),
+            "obstacles": (
+                CircleObstacle((0.0, 0.3), 0.2),
+                CylinderObstacle((-0.3, -0.3), 0.25, height=0.8),
+                BoxObstacle((0.4, 0.4, 0.6), (0.7, 0.7, 1.0), rotation=0.4),
+                PolygonObstacle(quad, height=1.0),
+            ),
+            "zones": (
+                KeepOutZone(((0.6, 1.0), (1.0, 1.0), (1.0, 0.6))),
+                KeepInZone(((-1.0, -1.0), (0.5, -1.0), (0.5, 0.9), (-1.0, 0.9)), robots=("r0", "r2")),
+            ),
+            **changes,
+        },
+    )
+
+
+def layered(**changes) -> Mission:
+    """Three drones at heights of their own over the small problem's map."""
+    return small(
+        **{
+            "name": "layered",
+            "robots": (
+                Robot("r0", (-0.6, -0.6), altitude=0.5),
+                Robot("r1", (0.6, -0.6), altitude=0.7, end="start"),
+                Robot("r2", (0.0, 0.6), altitude=1.3),
+            ),
+            "limits": Limits(0.5, 1.0, 0.3, vertical_separation=0.5),
+            "obstacles": (CylinderObstacle((0.0, 0.0), 0.25, height=1.0),),
+            **changes,
+        }
     )
 
 
