@@ -16,6 +16,7 @@ from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
 from planner.clearances import clearances, envelope
+from planner.coarser import coarser
 from planner.connections import connections
 from planner.constraints.base import Constraint
 from planner.dynamics import Dynamics
@@ -37,6 +38,7 @@ class Problem:
             a mission asks for P only, and pairs that truly meet are what P is meant to bring about.
         control_weight: R. ergodic_weight: r_E.
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
+        coarse: the same problem with longer steps, to begin the search with; None if there is none.
     """
 
     dynamics: Dynamics
@@ -47,6 +49,7 @@ class Problem:
     control_weight: float
     ergodic_weight: float = 1.0
     ends: Array | None = None
+    coarse: Problem | None = None
 
     @property
     def steps(self) -> int:
@@ -54,12 +57,19 @@ class Problem:
         return self.dynamics.controls_shape[0]
 
 
-def build_problem(mission: Mission, margins: Margins | None = None) -> Problem:
-    """The mission's problem with limits tightened by ``margins`` (default: ``Margins()``)."""
+def build_problem(mission: Mission, margins: Margins | None = None, *, coarse: bool = True) -> Problem:
+    """The mission's problem with limits tightened by ``margins`` (default: ``Margins()``).
+
+    Args:
+        mission: what is asked for.
+        margins: how much more is planned.
+        coarse: whether to add the same problem on a coarse time grid.
+    """
     margins = Margins() if margins is None else margins
     dt = mission.horizon.dt
     dynamics = mission_dynamics(mission)
     ends = fleet.ends(mission)
+    half = coarser(mission) if coarse else None
     policy = connections(mission, margins, dynamics)
     return Problem(
         dynamics=dynamics,
@@ -73,4 +83,5 @@ def build_problem(mission: Mission, margins: Margins | None = None) -> Problem:
         dt=dt,
         control_weight=mission.solver.control_weight,
         ends=None if np.isnan(ends).all() else ends,
+        coarse=None if half is None else build_problem(half, margins, coarse=False),
     )

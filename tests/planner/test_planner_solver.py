@@ -159,7 +159,7 @@ class TestNoPlan:
         mission = small(
             ProbabilisticConnectivity(range=0.3, sub_periods=1, threshold=0.9), robots=robots((-0.6, -0.6), (0.0, -0.6))
         )
-        schedule = dataclasses.replace(QUICK, rounds=25)
+        schedule = dataclasses.replace(QUICK, rounds=100)
         done = solve(build_problem(mission), SETTINGS, schedule=schedule)
         assert done.plan is None
         assert done.status is SolveStatus.INFEASIBLE
@@ -198,7 +198,7 @@ class TestNoPlan:
             obstacles=(CircleObstacle((0.0, 0.0), 0.2),),
             limits=dataclasses.replace(small().limits, separation=0.28),  # nobody can be within range
         )
-        done = solve(build_problem(mission), SETTINGS, schedule=dataclasses.replace(QUICK, rounds=40))
+        done = solve(build_problem(mission), SETTINGS, schedule=dataclasses.replace(QUICK, rounds=160))
         assert done.status.feasible
         assert not indicators(mission, done.plan.t, done.plan.q).all_met
 
