@@ -92,7 +92,4 @@ class Dynamics(Protocol):
         """Sensitivities of the rate of the model's state; the state begins with the position."""
 
     def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
-        """A cotangent in terms of states; for models without samples between the steps (:meth:`at_steps`)."""
-
-    def at_steps(self) -> Dynamics:
-        """The same model without samples between the steps."""
+        """A cotangent of q, v and u in terms of states; samples between the steps do not count."""

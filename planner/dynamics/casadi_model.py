@@ -5,7 +5,7 @@ CasADi is an optional package: ``pip install ergoflie[casadi]``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -87,7 +87,6 @@ class CasadiDynamics:
         lower: (m,) least controls. upper: (m,) largest.
         steps: T. dt: step [s].
         substeps: s, positions a step that :attr:`Motion.q_fine` holds; also the integrator's substeps.
-        every_sample: whether :attr:`Motion.q_fine` holds the samples between the steps too.
     """
 
     model: Model
@@ -97,7 +96,6 @@ class CasadiDynamics:
     steps: int
     dt: float
     substeps: int = 2
-    every_sample: bool = True
 
     def __post_init__(self) -> None:
         for name in ("start", "lower", "upper"):
@@ -124,7 +122,7 @@ class CasadiDynamics:
 
     def pull(self, motion: Motion, cotangent: Cotangent) -> Array:
         """Gradient (T, N, m) with respect to u: the sensitivities' transposes, backwards in time."""
-        to_x, to_u = self._to_states(motion, cotangent)
+        to_x, to_u = self._to_states(motion, cotangent, between=True)
         states, held = self._states(motion.u), self._held(motion.u)
         A, B = self._evaluated(self._sensitivity, states[:-1], held[:-1])
         At, Bt = np.swapaxes(A, -1, -2), np.swapaxes(B, -1, -2)
@@ -134,13 +132,14 @@ class CasadiDynamics:
             adjoint = At[k] @ adjoint + to_x[k][..., None]
         return to_u
 
-    def _to_states(self, motion: Motion, cotangent: Cotangent) -> tuple[Array, Array]:
+    def _to_states(self, motion: Motion, cotangent: Cotangent, *, between: bool) -> tuple[Array, Array]:
         """Gradient by the states at the substeps (sT+1, N, n) and by the controls (T, N, m)."""
         s = self.substeps
         q_x, v_x, v_u = self._evaluated(self._output_sensitivity, self._states(motion.u), self._held(motion.u))
         to_q = np.zeros((*q_x.shape[:2], self.model.axes))
-        to_q[:: 1 if self.every_sample else s] += cotangent.q_fine
         to_q[::s] += cotangent.q
+        if between:
+            to_q += cotangent.q_fine
         to_x: Array = np.einsum("tnqx,tnq->tnx", q_x, to_q)
         to_x[::s] += np.einsum("tnqx,tnq->tnx", v_x[::s], cotangent.v)
         by_v = np.einsum("tnqu,tnq->tnu", v_u[::s], cotangent.v)
@@ -155,12 +154,8 @@ class CasadiDynamics:
 
     def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
         """By x and u."""
-        to_x, to_u = self._to_states(motion, cotangent)
+        to_x, to_u = self._to_states(motion, cotangent, between=False)
         return StateGradient(to_x[: -1 : self.substeps], to_u)
-
-    def at_steps(self) -> CasadiDynamics:
-        """The same model, integrated as finely, without samples between the steps."""
-        return replace(self, every_sample=False)
 
     def _held(self, u: Array) -> Array:
         """Control in force at every substep, and after the last one the last."""
@@ -178,7 +173,7 @@ class CasadiDynamics:
     def _outputs(self, states: Array, u: Array) -> Motion:
         q, v = self._evaluated(self._output, states, self._held(u))
         q, v, s = q[..., 0], v[..., 0], self.substeps
-        return Motion(q[::s].copy(), v[::s].copy(), u, q if self.every_sample else q[::s].copy())
+        return Motion(q[::s].copy(), v[::s].copy(), u, q)
 
     @cached_property
     def _roll(self) -> Any:  # noqa: ANN401 - a CasADi function

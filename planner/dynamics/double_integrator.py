@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -99,9 +99,4 @@ class DoubleIntegrator:
     def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
         """By (q, v) and u."""
         del motion  # Unused.
-        to_q = cotangent.q + cotangent.q_fine[:: self.substeps]
-        return StateGradient(np.concatenate([to_q[:-1], cotangent.v[:-1]], axis=-1), cotangent.u)
-
-    def at_steps(self) -> DoubleIntegrator:
-        """The same model without samples between the steps."""
-        return replace(self, substeps=1)
+        return StateGradient(np.concatenate([cotangent.q[:-1], cotangent.v[:-1]], axis=-1), cotangent.u)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -83,9 +83,4 @@ class SingleIntegrator:
     def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
         """By q and u."""
         del motion  # Unused.
-        to_q = cotangent.q + cotangent.q_fine[:: self.substeps]
-        return StateGradient(to_q[:-1], cotangent.u + cotangent.v[:-1])
-
-    def at_steps(self) -> SingleIntegrator:
-        """The same model without samples between the steps."""
-        return replace(self, substeps=1)
+        return StateGradient(cotangent.q[:-1], cotangent.u + cotangent.v[:-1])

@@ -19,6 +19,7 @@ import numpy as np
 from missions.arrays import Array
 from planner.constraints.acceleration import ControlBound
 from planner.constraints.base import Constraint
+from planner.constraints.connection import Connection
 from planner.constraints.control_box import ControlBox
 from planner.constraints.obstacles import Obstacles
 from planner.constraints.separation import Separation
@@ -43,7 +44,7 @@ class Cost:
     """Evaluates J and its gradient; counts how often.
 
     Attributes:
-        problem: what is solved, sampled at the steps as in the paper. parameters: Table I.
+        problem: what is solved. parameters: Table I.
         constraints: those in the augmented Lagrangian. box: the workspace, None if the problem has none.
         least: bounds of the controls, broadcastable to (T, N, m). largest: the same.
     """
@@ -59,20 +60,21 @@ class Cost:
     @classmethod
     def of(cls, problem: Problem, parameters: Parameters) -> Cost:
         """The cost of a problem."""
-        problem = replace(problem, dynamics=problem.dynamics.at_steps())
         boxes = [c for c in problem.constraints if isinstance(c, Inside)]
-        others = tuple(c for c in problem.constraints if not isinstance(c, Inside | ControlBound | ControlBox))
+        others = [c for c in problem.constraints if not isinstance(c, Inside | ControlBound | ControlBox)]
+        others = [replace(c, quadrature=c.exact) if isinstance(c, Connection) else c for c in others]
         least, largest = np.array(-math.inf), np.array(math.inf)
         for bound in problem.constraints:
             if isinstance(bound, ControlBound):
                 least, largest = -bound.limit[:, None], bound.limit[:, None]
             elif isinstance(bound, ControlBox):
                 least, largest = bound.lower, bound.upper
-        return cls(problem, parameters, others, boxes[0] if boxes else None, least, largest)
+        return cls(problem, parameters, tuple(others), boxes[0] if boxes else None, least, largest)
 
     def rollout(self, u: Array) -> Motion:
-        """Motion under controls clipped to their bounds."""
-        return self.problem.dynamics.rollout(np.clip(u, self.least, self.largest))
+        """Motion under controls clipped to their bounds; the paper looks at the first T steps and not between them."""
+        motion = self.problem.dynamics.rollout(np.clip(u, self.least, self.largest))
+        return motion._replace(q_fine=motion.q[:-1])
 
     def residuals(self, motion: Motion) -> tuple[Array, ...]:
         """Each constraint in the paper's form and scale."""
@@ -103,6 +105,7 @@ class Cost:
             active = np.maximum(mu + r * scaled.c, 0.0)
             if active.any():
                 evaluation.pull(active * scaled.slope, cotangent)
+        cotangent.q[:-1] += cotangent.q_fine
         return problem.dynamics.state_gradient(motion, cotangent)
 
     def _objective(self, motion: Motion) -> float:

@@ -46,7 +46,7 @@ def solve_riccati(linear: Linearisation, steps: int, dt: float, Q: Array, R: Arr
         R: (m, m) weight of deviations of the controls.
     """
     A, B = linear
-    R_inv: Array = np.linalg.inv(R)
+    R_inv = np.asarray(np.linalg.inv(R), dtype=np.float64)
     BRB = B @ R_inv @ _transposed(B)
     P = np.zeros((steps, *np.broadcast_shapes(A.shape[1:], BRB.shape[1:])))
     now = np.zeros(P.shape[1:])
