@@ -206,8 +206,8 @@ def positions_at(segments: Segments, times: Array) -> Array:
     """(N, len(times), 3) positions at times that are boundaries of segments, to a nanosecond [m]."""
     index = np.abs(segments.times[:, None] - times).argmin(axis=0)
     first = index < len(segments.times) - 1
-    begin = segments.points[:, np.minimum(index, len(segments.times) - 2), :, 0]
-    end = segments.points[:, np.maximum(index - 1, 0), :, -1]
+    begin = segments.points[..., 0][:, np.minimum(index, len(segments.times) - 2)]
+    end = segments.points[..., -1][:, np.maximum(index - 1, 0)]
     return np.where(first[:, None], begin, end)
 
 
