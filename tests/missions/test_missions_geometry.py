@@ -4,8 +4,10 @@ import math
 import re
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
+import yaml
 
 import missions
 import missions.shapes
@@ -150,6 +152,15 @@ REFUSED = [
 def test_refused_with_place_and_reason(text, old, new, message):
     error = refuse(text, old, new)
     assert re.search(message, error), error
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_examples_conform_to_the_schema_and_are_read_again_from_their_text(path):
+    mission = load_mission(path)
+    assert parse_mission(mission.source.text, path="inside a plan", read_file=bytes) == mission
+    assert mission.name == path.stem
+    validator = jsonschema.Draft202012Validator(missions.json_schema())
+    assert [error.message for error in validator.iter_errors(yaml.safe_load(path.read_text()))] == []
 
 
 def test_each_robot_has_its_own_values_or_the_missions():
