@@ -51,12 +51,12 @@ def init(cost: Cost, u: Array) -> State:
     return State(motion.u, motion, multipliers, parameters.r, parameters.eps_J, J, math.inf, violation, 0, 0)
 
 
-def step(cost: Cost, state: State, gains: Gains) -> State:
+def step(cost: Cost, state: State) -> State:
     """Lines 3 to 14: LQR direction, line search, then multipliers or penalty."""
     parameters = cost.parameters
     before = cost.value(state.motion, state.multipliers, state.r)
     alpha, beta = cost.gradient(state.motion, state.multipliers, state.r)
-    direction = minimiser(gains, alpha, beta)
+    direction = minimiser(gains_of(cost, state.motion), alpha, beta)
     index, motion, after = line_search(cost, state, direction, before)
     residuals = cost.residuals(motion)
     multipliers, r, eps_J = state.multipliers, state.r, state.eps_J
@@ -111,9 +111,17 @@ def line_search(cost: Cost, state: State, direction: Array, before: float) -> tu
 
 
 def gains_of(cost: Cost, motion: Motion) -> Gains:
-    """Gains along a motion; for linear models once is enough."""
+    """Gains along a motion.
+
+    Clipping belongs to the dynamics that are linearised: a control on its bound has the mean of the slopes on both
+    sides, one half, which is also what automatic differentiation makes of it in the authors' code. Without it the run
+    leaves theirs at the first control that saturates.
+    """
     parameters, problem = cost.parameters, cost.problem
     linear = problem.dynamics.linearise(motion)
+    saturated = (motion.u <= cost.least) | (motion.u >= cost.largest)
+    if saturated.any():
+        linear = linear._replace(B=linear.B * np.where(saturated, 0.5, 1.0)[:, :, None])
     n, m = linear.B.shape[2:]
     weights = np.where(np.arange(n) < motion.q.shape[2], parameters.Qq, parameters.Qv)
     return solve_riccati(linear, problem.steps, problem.dt, np.diag(weights), parameters.R * np.eye(m))

@@ -95,12 +95,9 @@ class _Run:
 
     def search(self, state: algorithm.State) -> None:
         """Iterate until done, out of iterations, interrupted or out of time."""
-        gains = algorithm.gains_of(self.cost, state.motion)
         self.record(state)
         while state.iteration < self.cost.parameters.iterations and self.keep_going():
-            if len(gains.B) > 1 and state.iteration:
-                gains = algorithm.gains_of(self.cost, state.motion)
-            state = algorithm.step(self.cost, state, gains)
+            state = algorithm.step(self.cost, state)
             done = algorithm.terminate(self.cost, state)
             if done or state.iteration % TOLD_EVERY == 0 or self.nearly(state):
                 self.record(state)
