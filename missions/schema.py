@@ -236,6 +236,10 @@ class SolverSettings:
     )
     seed: int = field("seed of every random choice", at_least=0, default=0)
     time_limit: float = field("stop after this much time", unit="s", above=0.0, default=60.0)
+    starts: int = field("random first guesses that race in each process", at_least=1, at_most=1000, default=8)
+    processes: int = field(
+        "searches at the same time, each with its own starts; the best plan wins", at_least=1, at_most=256, default=1
+    )
     control_weight: float = field("R: weight of ½ mean u² against log10 E", at_least=0.0, default=0.005)
 
 

@@ -43,6 +43,7 @@ class Search:
     Attributes:
         problem: what to solve. settings: seed, time limit. schedule: pace.
         progress: called after every round. should_stop: asked before every iteration.
+        stream: which of the seed's streams of random numbers to draw starts from.
         best: so far. history: one entry a round. interrupted: whether ``should_stop`` said so.
     """
 
@@ -51,6 +52,7 @@ class Search:
     schedule: al.Schedule
     progress: Callable[[Progress], None] | None = None
     should_stop: Callable[[], bool] | None = None
+    stream: int = 0
     best: Best | None = None
     history: list[Progress] = field(default_factory=list)
     interrupted: bool = False
@@ -101,8 +103,8 @@ class Search:
         """The best of a few random starts: after every heat the better half goes on, until one is left."""
         lagrangian, schedule = self.lagrangian, self.schedule
         modes, (_, robots, nu) = lagrangian.modes, lagrangian.problem.dynamics.controls_shape
-        rng = np.random.default_rng(self.settings.seed)
-        guesses = START_SPREAD * rng.standard_normal((schedule.starts, modes.S.shape[1] * robots * nu))
+        rng = np.random.default_rng([self.settings.seed, self.stream])
+        guesses = START_SPREAD * rng.standard_normal((self.settings.starts, modes.S.shape[1] * robots * nu))
         runners = [(al.init(lagrangian, z, schedule), Memory(schedule.memory)) for z in guesses]
         while len(runners) > 1 and self.keep_going():
             runners = [self.heat(*runner, len(runners)) for runner in runners]
@@ -225,3 +227,20 @@ def _violations(constraints: tuple[Constraint, ...], motion: Motion) -> tuple[Vi
             violation = Violation(constraint.name, place.where, amount, constraint.unit, place.time)
             missed.append((amount / constraint.tolerance, violation))
     return tuple(violation for _, violation in sorted(missed, key=lambda item: -item[0]))
+
+
+def search_cold(search: Search) -> SolveOutcome:
+    """A search from random starts, to its end."""
+    return _to_the_end(search, *search.cold())
+
+
+def search_warm(search: Search, initial: Plan) -> SolveOutcome:
+    """A search from a plan given, to its end."""
+    return _to_the_end(search, *search.warm(initial))
+
+
+def _to_the_end(search: Search, guess: al.State, memory: Memory) -> SolveOutcome:
+    last = search.rounds(guess, memory)
+    if search.problem.preferences and not search.feasible and search.keep_going():
+        last = search.rounds(*search.without_preferences(guess))
+    return search.finish(last)

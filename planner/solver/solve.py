@@ -9,8 +9,9 @@ from missions.schema import SolverSettings
 from planner.plan import Plan
 from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
+from planner.solver.parallel import solve_parallel
 from planner.solver.result import Progress, SolveOutcome
-from planner.solver.search import Search
+from planner.solver.search import Search, search_cold, search_warm
 
 WARM_PENALTY = 30.0  # μ a warm start begins with: stiff enough to keep what the given plan has settled
 
@@ -30,7 +31,7 @@ def solve(
 
     Args:
         problem: what to solve.
-        settings: seed, time limit.
+        settings: seed, time limit, starts, processes.
         progress: called after every round.
         initial: plan of the same robots and steps to start from.
         should_stop: asked before every iteration; True ends the search with the best plan so far.
@@ -41,10 +42,8 @@ def solve(
     """
     schedule = schedule or al.Schedule()
     if initial is not None:
-        schedule = replace(schedule, penalty=WARM_PENALTY)
-    search = Search(problem, settings, schedule, progress, should_stop)
-    guess, memory = search.cold() if initial is None else search.warm(initial)
-    last = search.rounds(guess, memory)
-    if problem.preferences and not search.feasible and search.keep_going():
-        last = search.rounds(*search.without_preferences(guess))
-    return search.finish(last)
+        search = Search(problem, settings, replace(schedule, penalty=WARM_PENALTY), progress, should_stop)
+        return search_warm(search, initial)
+    if settings.processes > 1:
+        return solve_parallel(problem, settings, schedule, progress, should_stop)
+    return search_cold(Search(problem, settings, schedule, progress, should_stop))
