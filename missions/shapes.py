@@ -54,6 +54,15 @@ class Solid:
         """The same footprint from floor to ceiling."""
         return Solid(self.vertices, self.radius)
 
+    def value(self, x: Array) -> Array:
+        """Signed distance (...) of points x (3, ...) [m] without its gradient, several times faster."""
+        aside = _footprint_value(self.vertices, x[:2]) - self.radius
+        if math.isinf(self.low) and math.isinf(self.high):
+            return aside
+        above = np.maximum(x[2] - self.high, self.low - x[2])
+        outside = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
+        return np.asarray(outside + np.minimum(np.maximum(aside, above), 0.0))
+
     def distance(self, x: Array) -> SignedDistance:
         """Signed distance of points x (3, ...) [m]: axes first, where NumPy is fast."""
         aside, outward = _footprint_distance(self.vertices, x[:2])
@@ -117,6 +126,21 @@ def counter_clockwise(vertices: Array) -> Array:
     """The same polygon, counter-clockwise."""
     x, y = vertices.T
     return vertices if float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) >= 0.0 else vertices[::-1].copy()
+
+
+def _footprint_value(vertices: Array, x: Array) -> Array:
+    """Signed distance (...) of points (2, ...) to a convex polygon or a point."""
+    if len(vertices) == 1:
+        return np.asarray(np.hypot(x[0] - vertices[0, 0], x[1] - vertices[0, 1]))
+    normals, offsets = half_planes(vertices)
+    tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+    lengths = np.linalg.norm(np.roll(vertices, -1, axis=0) - vertices, axis=1)
+    points = x.reshape(2, -1)
+    off = normals @ points - offsets[:, None]  # (E, ...) beyond each side's line
+    along = tangents @ points - np.einsum("ea,ea->e", tangents, vertices)[:, None]
+    past = np.maximum(along - lengths[:, None], 0.0) + np.minimum(along, 0.0)  # of the side's ends
+    beyond, nearest = off.max(axis=0), np.sqrt((off * off + past * past).min(axis=0))
+    return np.where(beyond > 0.0, nearest, beyond).reshape(x.shape[1:])
 
 
 def _footprint_distance(vertices: Array, x: Array) -> tuple[Array, Array]:

@@ -75,7 +75,7 @@ def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
 def smallest_clearance(mission: Mission, q: Array) -> float:
     """Smallest distance [m] of any sample q (S, N, ≥ν) to any obstacle, negative inside; inf without obstacles."""
     x = np.moveaxis(fleet.in_space(mission, q[..., : mission.dimension]), -1, 0)
-    return min((float(solid(obstacle).distance(x).value.min()) for obstacle in mission.obstacles), default=math.inf)
+    return min((float(solid(obstacle).value(x).min()) for obstacle in mission.obstacles), default=math.inf)
 
 
 def resample(t: Array, q: Array, times: Array) -> Array:

@@ -34,7 +34,8 @@ def closest(points: Array, start: Array, end: Array, solid: Solid, resolution: f
         if distance.value[piece, side] < best:
             best, when = float(distance.value[piece, side]), float((start, end)[side][piece])
         directions = (solid.distance(points.mean(axis=-1).T).gradient, *np.moveaxis(distance.gradient, -1, 0))
-        low = np.max([_lowest(points, n, solid) for n in directions], axis=0)
+        low = np.fmax.reduce([_lowest(points, n, solid) for n in directions])
+        low[np.isnan(low)] = -np.inf  # no direction, no bound
         open_ = low < best - resolution
         proven = min(proven, float(low[~open_].min(initial=np.inf)))
         points, start, end, low = points[open_], start[open_], end[open_], low[open_]
@@ -54,7 +55,8 @@ def closest(points: Array, start: Array, end: Array, solid: Solid, resolution: f
 
 def _lowest(points: Array, n: Array, solid: Solid) -> Array:
     """(B,) lower bounds of the distance of pieces (B, 3, k) by half-spaces with normals n (3, B) of any length."""
-    n = n / np.linalg.norm(n, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        n = n / np.linalg.norm(n, axis=0)
     along = np.einsum("ab,baj->bj", n, points)
     size = np.abs(points).max(axis=(1, 2))
     return np.asarray(along.min(axis=1) - _support(solid, n) - ROUNDING * size)

@@ -39,15 +39,15 @@ class Outside:
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (R, S) over the fine samples."""
-        distance = self.solid.distance(self._points(motion))
+        x = self._points(motion)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             r, s = np.nonzero(weights)  # few robots are close at any time
             nu = cotangent.q_fine.shape[2]
-            force = (distance.gradient[:nu, r, s] * weights[r, s]).T
+            force = (self.solid.distance(x[:, r, s]).gradient[:nu] * weights[r, s]).T
             np.subtract.at(cotangent.q_fine[self._samples], (s, self.robots[r]), force)
 
-        return Evaluation(self.keep[:, None] - distance.value, pull)
+        return Evaluation(self.keep[:, None] - self.solid.value(x), pull)
 
     def violation(self, motion: Motion) -> Array:
         """Depth inside [m], (R, S)."""

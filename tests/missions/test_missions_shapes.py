@@ -74,6 +74,12 @@ def test_gradients_have_length_one_and_are_those_of_the_distance(shape):
     assert value.min() < 0.0 < value.max()
 
 
+@pytest.mark.parametrize("shape", SHAPES, ids=IDS)
+def test_the_distance_is_the_same_with_and_without_its_gradient(shape):
+    x = np.random.default_rng(2).uniform(-1.0, 2.0, (3, 40, 25))
+    np.testing.assert_allclose(solid(shape).value(x), solid(shape).distance(x).value, atol=1e-12)
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1))
 def test_the_distance_is_convex_and_no_steeper_than_one(shape, seed):

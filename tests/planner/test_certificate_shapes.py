@@ -20,7 +20,7 @@ from missions.schema import (
     UniformMap,
     Workspace,
 )
-from missions.shapes import Solid, outline, solid
+from missions.shapes import SignedDistance, Solid, outline, solid
 from planner.certificate import obstacles
 from planner.certificate.certify import certify
 from planner.certificate.convex import closest
@@ -108,6 +108,27 @@ def test_no_sample_is_closer_than_the_bound_and_the_bound_is_tight(body, seed, s
     assert found.attained[0] - 1e-4 <= found.bound[0] <= found.attained[0]
     at_time = body.distance(curve.evaluate(found.time)[:, :3].T).value
     assert at_time[0] == pytest.approx(found.attained[0], abs=1e-6) or np.isclose(found.time, ends, atol=1e-9).any()
+
+
+class Liar(Solid):
+    """A solid whose own distance is of no use: values too large, directions at random or none at all."""
+
+    def distance(self, x):
+        rng = np.random.default_rng(0)
+        gradient = rng.standard_normal(x.shape)
+        gradient[:, rng.random(x.shape[1:]) < 0.1] = 0.0
+        return SignedDistance(super().distance(x).value + 0.1, gradient)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_bound_holds_wherever_its_half_spaces_come_from(seed):
+    """The proof needs the vertices only: a mistake in the distance all others use could not make it pass."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0.0, 0.5, (1, 3, 8)) + np.array([1.5, 0.0, 0.0])[:, None]
+    body = SOLIDS[3]
+    truth = closest(points, np.zeros(1), np.ones(1), body, 1e-4)
+    liar = Liar(body.vertices, body.radius, body.low, body.high)
+    assert closest(points, np.zeros(1), np.ones(1), liar, 0.5).bound[0] <= truth.attained[0]
 
 
 @pytest.mark.parametrize("seed", range(10))
