@@ -12,16 +12,17 @@ import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from missions.dynamics import flies
 from missions.schema import Mission
 from planner.certificate.certify import certify
 from planner.certificate.record import Certificate, Check
-from planner.errors import CertificateFailed, NoFeasiblePlan, PlannerError
+from planner.errors import CertificateFailed, NoFeasiblePlan, NotFlyableError, PlannerError
 from planner.feasibility import check_feasible
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
 from planner.problem import Margins, build_problem
+from planner.solver.methods import solve
 from planner.solver.result import Progress
-from planner.solver.solve import solve
 from planner.trajectory.encode import encode
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.errors import TrajectoryError
@@ -50,19 +51,29 @@ def make_flight_plan(
 ) -> FlightPlan:
     """Plan, fit, encode and certify.
 
+    Plans of the reference method end in motion; the default method takes them on from there and brings them to rest.
+
     Raises:
+        NotFlyableError: the mission's dynamics are for studies.
         UnreachableError: the mission is provably impossible; names the binding constraint.
         NoFeasiblePlan: the solver found no feasible plan; carries the outcome with every violation.
         CertificateFailed: the bytes miss the mission's limits even with grown margins; carries the certificate.
         TrajectoryError: the plan cannot be followed by polynomials that fit into the memory.
     """
+    if not flies(mission.dynamics):
+        raise NotFlyableError(mission.dynamics.type)
     check_feasible(mission)
-    margins = Margins()
+    margins, settings = Margins(), mission.solver
     initial: Plan | None = None
+    if settings.method != "fast":
+        reference = solve(build_problem(mission, margins), settings, progress=progress, should_stop=should_stop)
+        initial, settings = reference.plan, replace(settings, method="fast")
+        if initial is None:
+            raise NoFeasiblePlan(reference)
     for _ in range(ROUNDS):
         outcome = solve(
             build_problem(mission, margins),
-            mission.solver,
+            settings,
             progress=progress,
             initial=initial,
             should_stop=should_stop,
