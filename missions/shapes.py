@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,21 @@ class SignedDistance(NamedTuple):
     gradient: Array
 
 
+class Sides(NamedTuple):
+    """The E sides of a polygon: inside is normals · x ≤ offsets; a side's points have tangents · x from begins on.
+
+    Attributes:
+        normals: (E, 2) outward. offsets: (E, 1) [m].
+        tangents: (E, 2). begins: (E, 1) [m]. lengths: (E, 1) [m].
+    """
+
+    normals: Array
+    offsets: Array
+    tangents: Array
+    begins: Array
+    lengths: Array
+
+
 @dataclass(frozen=True)
 class Solid:
     """A convex set with a vertical wall: (footprint ⊕ disc) × [low, high].
@@ -50,13 +66,22 @@ class Solid:
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices))
 
+    @cached_property
+    def sides(self) -> Sides:
+        """The sides of the footprint, worked out once."""
+        normals, offsets = half_planes(self.vertices)
+        tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+        lengths = np.linalg.norm(np.roll(self.vertices, -1, axis=0) - self.vertices, axis=1)
+        begins = np.einsum("ea,ea->e", tangents, self.vertices)
+        return Sides(normals, offsets[:, None], tangents, begins[:, None], lengths[:, None])
+
     def column(self) -> Solid:
         """The same footprint from floor to ceiling."""
         return Solid(self.vertices, self.radius)
 
     def value(self, x: Array) -> Array:
         """Signed distance (...) of points x (3, ...) [m] without its gradient, several times faster."""
-        aside = _footprint_value(self.vertices, x[:2]) - self.radius
+        aside = _footprint_value(self, x[:2]) - self.radius
         if math.isinf(self.low) and math.isinf(self.high):
             return aside
         above = np.maximum(x[2] - self.high, self.low - x[2])
@@ -128,19 +153,22 @@ def counter_clockwise(vertices: Array) -> Array:
     return vertices if float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) >= 0.0 else vertices[::-1].copy()
 
 
-def _footprint_value(vertices: Array, x: Array) -> Array:
+def _footprint_value(body: Solid, x: Array) -> Array:
     """Signed distance (...) of points (2, ...) to a convex polygon or a point."""
-    if len(vertices) == 1:
-        return np.asarray(np.hypot(x[0] - vertices[0, 0], x[1] - vertices[0, 1]))
-    normals, offsets = half_planes(vertices)
-    tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
-    lengths = np.linalg.norm(np.roll(vertices, -1, axis=0) - vertices, axis=1)
-    points = x.reshape(2, -1)
-    off = normals @ points - offsets[:, None]  # (E, ...) beyond each side's line
-    along = tangents @ points - np.einsum("ea,ea->e", tangents, vertices)[:, None]
-    past = np.maximum(along - lengths[:, None], 0.0) + np.minimum(along, 0.0)  # of the side's ends
-    beyond, nearest = off.max(axis=0), np.sqrt((off * off + past * past).min(axis=0))
-    return np.where(beyond > 0.0, nearest, beyond).reshape(x.shape[1:])
+    if len(body.vertices) == 1:
+        return np.asarray(np.hypot(x[0] - body.vertices[0, 0], x[1] - body.vertices[0, 1]))
+    sides, points = body.sides, x.reshape(2, -1)
+    off = sides.normals @ points
+    off -= sides.offsets  # (E, ...) beyond each side's line
+    past = sides.tangents @ points
+    past -= sides.begins
+    past -= np.minimum(np.maximum(past, 0.0), sides.lengths)  # of the side's ends
+    beyond = off.max(axis=0)
+    off *= off
+    past *= past
+    off += past
+    value = np.where(beyond > 0.0, np.sqrt(off.min(axis=0)), beyond)
+    return np.asarray(value.reshape(x.shape[1:]))
 
 
 def _footprint_distance(vertices: Array, x: Array) -> tuple[Array, Array]:
