@@ -236,7 +236,12 @@ class SolverSettings:
     )
     seed: int = field("seed of every random choice", at_least=0, default=0)
     time_limit: float = field("stop after this much time", unit="s", above=0.0, default=60.0)
-    starts: int = field("random first guesses that race in each process", at_least=1, at_most=1000, default=8)
+    starts: int = field(
+        "random first guesses that race in each process; 0: as many as suit the problem",
+        at_least=0,
+        at_most=1000,
+        default=0,
+    )
     processes: int = field(
         "searches at the same time, each with its own starts; the best plan wins", at_least=1, at_most=256, default=1
     )

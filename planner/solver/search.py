@@ -25,7 +25,13 @@ from planner.solver.result import Progress, SolveOutcome, SolveStatus, Violation
 from planner.solver.scaling import scaled_modes
 
 START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
+MANY, FEW = 64, 8  # starts by default, with a coarse grid to race on and without
+BATCH = 8  # starts that race before the next ones are tried
+EASY = 1e-4  # E of a batch's winner that makes more starts pointless
 RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
+
+
+Runner = tuple[al.State, Memory]
 
 
 @dataclass
@@ -67,12 +73,12 @@ class Search:
         """A problem with preferences in force."""
         return Lagrangian(problem, scaled_modes(problem), (*problem.constraints, *problem.preferences))
 
-    def warm(self, initial: Plan) -> tuple[al.State, Memory]:
+    def warm(self, initial: Plan) -> Runner:
         """State of a plan given."""
         z = self.lagrangian.modes.variables(initial.u).ravel()
         return al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory)
 
-    def cold(self) -> tuple[al.State, Memory]:
+    def cold(self) -> Runner:
         """State of the winner of a race, on the problem's own grid."""
         if self.problem.coarse is None:
             return self.race()
@@ -99,22 +105,40 @@ class Search:
         )
         return replace(fresh, multipliers=multipliers, mu=state.mu, round=state.round)
 
-    def race(self) -> tuple[al.State, Memory]:
-        """The best of a few random starts: after every heat the better half goes on, until one is left."""
-        lagrangian, schedule = self.lagrangian, self.schedule
-        modes, (_, robots, nu) = lagrangian.modes, lagrangian.problem.dynamics.controls_shape
+    def race(self) -> Runner:
+        """The best of random starts, which come in batches: the winners of the batches run for the last place.
+
+        Batches end early when the information is so easy to follow that one start is as good as another.
+        """
         rng = np.random.default_rng([self.settings.seed, self.stream])
-        guesses = START_SPREAD * rng.standard_normal((self.settings.starts, modes.S.shape[1] * robots * nu))
-        runners = [(al.init(lagrangian, z, schedule), Memory(schedule.memory)) for z in guesses]
+        left = self.settings.starts or (MANY if self.problem.coarse is not None else FEW)
+        winners: list[Runner] = []
+        while left > 0 and (not winners or self.keep_going()):
+            batch = [self.start(rng) for _ in range(min(left, BATCH))]
+            left -= len(batch)
+            winners.append(self.knockout(batch, self.schedule.heat))
+            if winners[-1][0].E <= EASY:
+                break
+        return self.knockout(winners, 2 * self.schedule.heat)
+
+    def start(self, rng: np.random.Generator) -> Runner:
+        """A random first guess."""
+        modes, (_, robots, nu) = self.lagrangian.modes, self.lagrangian.problem.dynamics.controls_shape
+        z = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
+        return al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory)
+
+    def knockout(self, runners: list[Runner], heat: int) -> Runner:
+        """The best of some: after every heat of as many rounds, then twice as many, the best quarter goes on."""
         while len(runners) > 1 and self.keep_going():
-            runners = [self.heat(*runner, len(runners)) for runner in runners]
-            runners.sort(key=lambda runner: al.merit(lagrangian, runner[0]))
-            runners = runners[: len(runners) // 2]
+            runners = [self.heat(*runner, heat, len(runners)) for runner in runners]
+            runners.sort(key=lambda runner: al.merit(self.lagrangian, runner[0]))
+            runners = runners[: max(1, len(runners) // 4)]
+            heat *= 2
         return runners[0]
 
-    def heat(self, state: al.State, memory: Memory, field: int) -> tuple[al.State, Memory]:
+    def heat(self, state: al.State, memory: Memory, rounds: int, field: int) -> Runner:
         """A few rounds of one of ``field`` runners."""
-        for _ in range(self.schedule.heat):
+        for _ in range(rounds):
             if not self.keep_going():
                 break
             state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
@@ -128,7 +152,7 @@ class Search:
             self.record(state, f"round {state.round}")
         return state
 
-    def without_preferences(self, guess: al.State) -> tuple[al.State, Memory]:
+    def without_preferences(self, guess: al.State) -> Runner:
         """Once more from ``guess``, asking only for what is required: preferences may be what stands in the way."""
         self.lagrangian.constraints = self.problem.constraints
         return al.init(self.lagrangian, guess.z, self.schedule), Memory(self.schedule.memory)
