@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.constraints.base import Evaluation, Place
+from planner.constraints.blocks import BLOCK, box_gaps
 from planner.dynamics import Cotangent, Motion
+
+MANY_PAIRS = 100  # from here on, boxes of blocks of samples are compared first
 
 
 @dataclass(frozen=True)
@@ -39,25 +42,35 @@ class Separation:
     tolerance: float = 1e-3
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (P, S) over the fine samples."""
-        delta, squares = self._distances(motion)
+        """Residual (P, S) over the fine samples.
+
+        Of pairs that are far apart for a while, a bound stands for the residual; it is far below zero.
+        """
+        x = self._positions(motion)
+        squares = self._squares(x) if len(self.pairs) < MANY_PAIRS else self._near_squares(x)
         epsilon = self.distance[:, None]
-        residual = (epsilon**2 - squares) / (2.0 * epsilon)
+        squares *= -0.5 / epsilon
+        squares += 0.5 * epsilon
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             p, s = np.nonzero(weights)  # few pairs are close at any time
-            force = (delta[:, p, s] * (weights[p, s] / self.distance[p])).T
+            i, j = self.pairs[p, 0], self.pairs[p, 1]
+            force = (x[:, i, s] - x[:, j, s]) * (weights[p, s] / self.distance[p])
             if self.scale is not None:
-                force *= self.scale
+                force *= self.scale[:, None]
             on_samples = cotangent.q_fine[self._samples]
-            np.subtract.at(on_samples, (s, self.pairs[p, 0]), force)
-            np.add.at(on_samples, (s, self.pairs[p, 1]), force)
+            _, robots, nu = on_samples.shape
+            at_i, at_j = s * robots + i, s * robots + j
+            for d in range(nu):
+                total = np.bincount(at_j, force[d], on_samples[..., d].size)
+                total -= np.bincount(at_i, force[d], on_samples[..., d].size)
+                on_samples[..., d] += total.reshape(-1, robots)
 
-        return Evaluation(residual, pull)
+        return Evaluation(squares, pull)
 
     def violation(self, motion: Motion) -> Array:
         """ε_a − d [m], (P, S)."""
-        _, squares = self._distances(motion)
+        squares = self._squares(self._positions(motion))
         missing: Array = self.distance[:, None] - np.sqrt(squares)
         return missing
 
@@ -66,13 +79,27 @@ class Separation:
         i, j = self.pairs[index[0]]
         return Place(f"{self.names[i]}-{self.names[j]}", index[1] * self.dt if not self.landing else None)
 
-    def _distances(self, motion: Motion) -> tuple[Array, Array]:
-        """Difference vectors (ν, P, S) and their squared lengths (P, S): time last, where NumPy is fast."""
-        x = np.ascontiguousarray(motion.q_fine[self._samples].T)  # (ν, N, S)
-        if self.scale is not None:
-            x = x * self.scale[:, None, None]  # a copy: x may still be a view of the motion
+    def _positions(self, motion: Motion) -> Array:
+        """(ν, N, S), scaled: time last, where NumPy is fast."""
+        x = np.ascontiguousarray(motion.q_fine[self._samples].T)
+        return x if self.scale is None else x * self.scale[:, None, None]
+
+    def _squares(self, x: Array) -> Array:
+        """Squared distances (P, S)."""
         delta = x[:, self.pairs[:, 0]] - x[:, self.pairs[:, 1]]
-        return delta, (delta * delta).sum(axis=0)
+        delta *= delta
+        squares: Array = delta.sum(axis=0)
+        return squares
+
+    def _near_squares(self, x: Array) -> Array:
+        """Squared distances (P, S); of pairs that stay farther apart than twice the limit, a lower bound a block."""
+        gaps = box_gaps(x, self.pairs)
+        squares = np.repeat(gaps, BLOCK, axis=1)[:, : x.shape[2]]
+        near = gaps < (2.0 * self.distance[:, None]) ** 2
+        p, s = np.nonzero(np.repeat(near, BLOCK, axis=1)[:, : x.shape[2]])
+        delta = x[:, self.pairs[p, 0], s] - x[:, self.pairs[p, 1], s]
+        squares[p, s] = (delta * delta).sum(axis=0)
+        return squares
 
     @property
     def _samples(self) -> slice:
