@@ -54,7 +54,7 @@ def imec(**changes) -> Mission:
     return Mission(**{**fields, **changes})
 
 
-def scaling(count: int, *, sub_periods: int = 1, stretched: bool = False) -> Mission:
+def scaling(count: int, *, sub_periods: int = 1, stretched: bool = False, **changes) -> Mission:
     """The scaling experiment of IMEC VII-G: 10 × 10 m, 100 steps of 1 s; the map in the corner, or stretched."""
     scale = (10.0 / 3.0, 4.0) if stretched else (1.0, 1.0)
     gaussians = tuple(
@@ -63,16 +63,17 @@ def scaling(count: int, *, sub_periods: int = 1, stretched: bool = False) -> Mis
     )
     pitch = 2.1 / (count - 1) if stretched else 0.7  # stretched: the notebook's span shared by all, times the scale
     starts = [((0.5 + pitch * i) * scale[0], 0.3 * scale[1]) for i in range(count)]
-    return imec(
-        name=f"scaling-{count}",
-        workspace=Workspace((0.0, 0.0), (10.0, 10.0)),
-        horizon=Horizon(100.0, 1.0),
-        information=GaussianMixtureMap(gaussians),
-        robots=robots(*starts),
-        limits=Limits(0.5, 10.0, 0.3),
-        connectivity=ProbabilisticConnectivity(range=0.5, sub_periods=sub_periods, threshold=0.2),
-        obstacles=(),
-    )
+    fields = {
+        "name": f"scaling-{count}",
+        "workspace": Workspace((0.0, 0.0), (10.0, 10.0)),
+        "horizon": Horizon(100.0, 1.0),
+        "information": GaussianMixtureMap(gaussians),
+        "robots": robots(*starts),
+        "limits": Limits(0.5, 10.0, 0.3),
+        "connectivity": ProbabilisticConnectivity(range=0.5, sub_periods=sub_periods, threshold=0.2),
+        "obstacles": (),
+    }
+    return imec(**{**fields, **changes})
 
 
 def small(connectivity: Connectivity | None = None, **changes) -> Mission:
