@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 
-BLOCK = 16  # samples a block
+BLOCK = 5  # samples a block
 
 
 def box_gaps(x: Array, pairs: NDArray[np.intp]) -> Array:

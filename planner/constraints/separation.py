@@ -93,11 +93,12 @@ class Separation:
 
     def _near_squares(self, x: Array) -> Array:
         """Squared distances (P, S); of pairs that stay farther apart than twice the limit, a lower bound a block."""
-        gaps = box_gaps(x, self.pairs)
-        squares = np.repeat(gaps, BLOCK, axis=1)[:, : x.shape[2]]
-        near = gaps < (2.0 * self.distance[:, None]) ** 2
-        p, s = np.nonzero(np.repeat(near, BLOCK, axis=1)[:, : x.shape[2]])
-        delta = x[:, self.pairs[p, 0], s] - x[:, self.pairs[p, 1], s]
+        gaps, last = box_gaps(x, self.pairs), x.shape[2] - 1
+        squares = np.repeat(gaps, BLOCK, axis=1)[:, : last + 1]
+        p, block = np.nonzero(gaps < (2.0 * self.distance[:, None]) ** 2)
+        s = np.minimum(block[:, None] * BLOCK + np.arange(BLOCK), last)  # the last block may be short
+        i, j, p = self.pairs[p, :1], self.pairs[p, 1:], p[:, None]
+        delta = x[:, i, s] - x[:, j, s]
         squares[p, s] = (delta * delta).sum(axis=0)
         return squares
 
