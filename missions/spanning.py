@@ -52,4 +52,5 @@ def spanning_trees(weights: Array, pairs: Sequence[Sequence[int]] | NDArray[np.i
 def bottlenecks(weights: Array, pairs: Sequence[Sequence[int]] | NDArray[np.intp], robots: int) -> NDArray[np.intp]:
     """(slots,) the pair (row) that is the heaviest edge of each slot's minimum spanning tree."""
     tree = spanning_trees(weights, pairs, robots)
-    return np.where(tree, weights, -np.inf).argmax(axis=0)
+    heaviest: NDArray[np.intp] = np.where(tree, weights, -np.inf).argmax(axis=0)
+    return heaviest

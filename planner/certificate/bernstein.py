@@ -105,8 +105,9 @@ def square_sum(points: Array) -> Array:
     n = points.shape[-1] - 1
     weighted = points * _binomials(n)
     out = np.zeros((*points.shape[:-2], 2 * n + 1))
-    for i in range(n + 1):
-        out[..., i : i + n + 1] += (weighted[..., i : i + 1] * weighted).sum(axis=-2)
+    for axis in np.moveaxis(weighted, -2, 0):  # sums over an axis of three are slow
+        for i in range(n + 1):
+            out[..., i : i + n + 1] += axis[..., i : i + 1] * axis
     product: Array = out / _binomials(2 * n)
     return product
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.certificate.bernstein import halves, square_sum
@@ -30,11 +31,12 @@ def contacts_within(segments: Segments, distance: float) -> tuple[Contact, ...]:
     found: list[Contact] = []
     for i in range(len(segments.points) - 1):  # one robot against all later ones: memory stays linear in robots
         relative = segments.points[i + 1 :] - segments.points[i]  # (J, K, 3, 8)
-        excess = square_sum(relative) - distance**2
-        pair, begin, end = _negative(excess, segments.times, distance**2)
-        for j in range(len(relative)):
+        pair, piece = np.nonzero(_may_be_within(relative, distance))
+        excess = square_sum(relative[pair, piece]) - distance**2
+        pair, begin, end = _negative(excess, pair, segments.times[piece], segments.times[piece + 1], distance**2)
+        for j in np.unique(pair):
             mine = pair == j
-            found += [Contact(i, i + 1 + j, *span) for span in _merged(begin[mine], end[mine])]
+            found += [Contact(i, i + 1 + int(j), *span) for span in _merged(begin[mine], end[mine])]
     return tuple(found)
 
 
@@ -44,13 +46,18 @@ def time_in_contact(contacts: Sequence[Contact], begin: float, end: float) -> tu
     return max(parts, default=0.0), sum(parts)
 
 
-def _negative(points: Array, times: Array, scale: float) -> tuple[Array, Array, Array]:
-    """Row (of the first axis), beginning and end of intervals on which polynomials (J, K, n+1) are negative."""
-    count, pieces, _ = points.shape
-    start, end = np.tile(times[:-1], count), np.tile(times[1:], count)
-    row = np.repeat(np.arange(count), pieces)
-    points = points.reshape(count * pieces, -1)
-    found = []
+def _may_be_within(relative: Array, distance: float) -> NDArray[np.bool_]:
+    """(J, K) whether the box around the control points (J, K, 3, 8) of a difference comes near the origin."""
+    gap = np.maximum(np.maximum(relative.min(axis=-1), -relative.max(axis=-1)), 0.0)
+    near: NDArray[np.bool_] = np.einsum("jkd,jkd->jk", gap, gap) <= distance**2
+    return near
+
+
+def _negative(
+    points: Array, row: NDArray[np.intp], start: Array, end: Array, scale: float
+) -> tuple[NDArray[np.intp], Array, Array]:
+    """Row, beginning and end of intervals on which polynomials (B, n+1) on intervals (B,) are negative."""
+    found = [(row[:0], start[:0], end[:0])]
     while len(points):
         slack = _ROUNDING * (np.abs(points).max(axis=1) + scale)
         inside = points.max(axis=1) <= -slack
