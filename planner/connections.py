@@ -34,7 +34,7 @@ from planner.constraints.simultaneous import Simultaneous
 from planner.dynamics import Dynamics
 from planner.margins import Margins
 
-NODE_SPACING = 0.6  # distance between nodes of connection probabilities at full speed, in widths of the indicator
+NODE_SPACING = 0.8  # distance between nodes of connection probabilities at full speed, in widths of the indicator
 
 
 class Connections(NamedTuple):
@@ -130,5 +130,5 @@ def _contact_time(mission: Mission, policy: GuaranteedConnectivity, margins: Mar
 def _nodes(mission: Mission, policy: ProbabilisticConnectivity) -> Quadrature:
     """As few steps as the indicator's width allows at full speed."""
     width = policy.range / math.sqrt(max(policy.steepness, 1.0))
-    stride = int(NODE_SPACING * width / (float(fleet.speeds(mission).max()) * mission.horizon.dt))
+    stride = int(NODE_SPACING * width / (float(fleet.speeds(mission).max()) * mission.horizon.dt) + 1e-9)
     return thinned(sub_period_steps(mission), max(stride, 1))

@@ -18,11 +18,11 @@ class Margins:
         contact: added to the time robots have to stay in contact [s].
     """
 
-    separation: float = 0.008
-    obstacle: float = 0.005
-    workspace: float = 0.004
-    acceleration: float = 0.05
-    speed: float = 0.03
-    probability: float = 0.01
-    range: float = 0.005
+    separation: float = 0.004
+    obstacle: float = 0.0025
+    workspace: float = 0.002
+    acceleration: float = 0.035
+    speed: float = 0.015
+    probability: float = 0.005
+    range: float = 0.003
     contact: float = 0.05
