@@ -10,46 +10,28 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 from missions.arrays import Array
+from missions.connectivity import AllTimeConnectivity as AllTimeConnectivity
+from missions.connectivity import Connectivity as Connectivity
+from missions.connectivity import GuaranteedConnectivity as GuaranteedConnectivity
+from missions.connectivity import NoConnectivity as NoConnectivity
+from missions.connectivity import PairThreshold as PairThreshold
+from missions.connectivity import PeriodicConnectivity as PeriodicConnectivity
+from missions.connectivity import ProbabilisticConnectivity as ProbabilisticConnectivity
+from missions.connectivity import SimultaneousConnectivity as SimultaneousConnectivity
+from missions.dynamics import CasadiModel as CasadiModel
+from missions.dynamics import DoubleIntegratorModel as DoubleIntegratorModel
+from missions.dynamics import MotionModel as MotionModel
+from missions.dynamics import SingleIntegratorModel as SingleIntegratorModel
+from missions.fields import NAME
+from missions.fields import Vector as Vector
+from missions.fields import field as field
 from missions.mappings import FrozenMapping
-
-Vector = tuple[float, ...]
-
-NAME = "[A-Za-z0-9_][A-Za-z0-9_-]{0,63}"  # safe in file names, topics and on a command line
-
-
-def field(
-    doc: str,
-    *,
-    unit: str = "",
-    default: Any = dataclasses.MISSING,  # noqa: ANN401 - a field's default has the field's type
-    at_least: float | None = None,
-    above: float | None = None,
-    at_most: float | None = None,
-    below: float | None = None,
-    items: tuple[int, int] | None = None,
-    pattern: str = "",
-) -> Any:  # noqa: ANN401 - like dataclasses.field
-    """A record field with its meaning, unit and what is allowed in it.
-
-    Bounds apply to every number in the field, ``items`` is the least and largest length of a list, ``pattern`` a
-    regular expression for the whole of a text.
-    """
-    meta = {
-        "doc": doc,
-        "unit": unit,
-        "at_least": at_least,
-        "above": above,
-        "at_most": at_most,
-        "below": below,
-        "items": items,
-        "pattern": pattern,
-    }
-    return dataclasses.field(default=default, metadata=MappingProxyType(meta))
-
+from missions.obstacles import CircleObstacle as CircleObstacle
+from missions.obstacles import Obstacle as Obstacle
+from missions.obstacles import Zone
 
 # ------------------------------------------------------------------------------------------------ where and when
 
@@ -132,50 +114,34 @@ class Basis:
 
 
 @dataclass(frozen=True)
-class ProbabilisticConnectivity:
-    """Every pair's connection probability reaches a threshold in every sub-period (IMEC, Eq. 8)."""
-
-    range: float = field("communication range R_c", unit="m", above=0.0)
-    threshold: float = field("least connection probability ε_c", above=0.0, below=1.0)
-    sub_periods: int = field("number of equal sub-periods N_p", at_least=1, default=1)
-    indicator: Literal["gaussian"] = field("shape of the connection indicator Γ", default="gaussian")
-    pairs: Literal["all"] = field("which pairs must connect", default="all")
-    policy: Literal["probabilistic"] = "probabilistic"
-
-
-@dataclass(frozen=True)
-class NoConnectivity:
-    """Robots need not meet (IMEC baseline B2); meetings are still reported if a range is given."""
-
-    range: float | None = field("communication range, for reporting only", unit="m", above=0.0, default=None)
-    policy: Literal["none"] = "none"
-
-
-Connectivity = ProbabilisticConnectivity | NoConnectivity
-
-
-@dataclass(frozen=True)
-class CircleObstacle:
-    """A vertical cylinder seen from above; robots' centres stay outside."""
-
-    center: Vector = field("centre (x, y)", unit="m", items=(2, 2))
-    radius: float = field("radius", unit="m", above=0.0)
-    type: Literal["circle"] = "circle"
-
-
-Obstacle = CircleObstacle
-
-
-@dataclass(frozen=True)
 class Limits:
     """What every robot may do while it searches."""
 
     acceleration: float = field("largest acceleration per axis, |u|", unit="m/s²", above=0.0, at_most=20.0)
     speed: float = field("largest speed (Euclidean norm)", unit="m/s", above=0.0, at_most=10.0, default=1.0)
     separation: float = field("smallest distance between two robots' centres", unit="m", at_least=0.0, default=0.3)
+    vertical_separation: float | None = field(
+        "smallest distance of two robots one above the other: downwash reaches farther down than aside, so distances "
+        "are kept in an ellipsoid with this half height; default: 'separation', a sphere",
+        unit="m",
+        above=0.0,
+        default=None,
+    )
 
 
 # ------------------------------------------------------------------------------------------------ robots and flight
+
+
+@dataclass(frozen=True)
+class RobotLimits:
+    """What one robot may do where it differs from the others."""
+
+    acceleration: float | None = field(
+        "largest acceleration per axis; default: the mission's", unit="m/s²", above=0.0, at_most=20.0, default=None
+    )
+    speed: float | None = field(
+        "largest speed; default: the mission's", unit="m/s", above=0.0, at_most=10.0, default=None
+    )
 
 
 @dataclass(frozen=True)
@@ -188,6 +154,27 @@ class Robot:
     pad: Vector | None = field(
         "(x, y) of the landing pad it takes off from; default: under the start", unit="m", default=None, items=(2, 2)
     )
+    end: Vector | Literal["start"] | None = field(
+        "where its search ends, exactly: a point, or 'start' to come back; default: wherever is best",
+        unit="m",
+        default=None,
+        items=(2, 3),
+    )
+    altitude: float | None = field(
+        "its own height above the floor (2-D workspaces); default: flight.altitude",
+        unit="m",
+        above=0.0,
+        at_most=10.0,
+        default=None,
+    )
+    velocity: Vector | None = field(
+        "velocity at the start of the search, for studies only: the certificate grants no flight from hover that "
+        "begins in motion; default: at rest",
+        unit="m/s",
+        default=None,
+        items=(2, 3),
+    )
+    limits: RobotLimits = field("where it differs from the mission's limits", default=RobotLimits())
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
 
 
@@ -244,8 +231,20 @@ class TrajectorySettings:
 class SolverSettings:
     """How long and how hard to search for a plan."""
 
+    method: Literal["fast", "imec"] = field(
+        "fast: this project's; imec: the paper's Algorithm 1, the reference, many times slower", default="fast"
+    )
     seed: int = field("seed of every random choice", at_least=0, default=0)
     time_limit: float = field("stop after this much time", unit="s", above=0.0, default=60.0)
+    starts: int = field(
+        "random first guesses that race in each process; 0: as many as suit the problem",
+        at_least=0,
+        at_most=1000,
+        default=0,
+    )
+    processes: int = field(
+        "searches at the same time, each with its own starts; the best plan wins", at_least=1, at_most=256, default=1
+    )
     control_weight: float = field("R: weight of ½ mean u² against log10 E", at_least=0.0, default=0.005)
 
 
@@ -285,7 +284,9 @@ class Mission:
     description: str = field("free text", default="")
     connectivity: Connectivity = field("who has to meet", default=NoConnectivity())
     obstacles: tuple[Obstacle, ...] = field("what to stay out of", default=(), items=(0, 1000))
+    zones: tuple[Zone, ...] = field("where some or all robots stay out or in", default=(), items=(0, 1000))
     basis: Basis = field("cosine basis of the ergodic metric", default=Basis())
+    dynamics: MotionModel = field("how robots move when controlled", default=DoubleIntegratorModel())
     flight: Flight = field("take-off, rates, on-board settings", default=Flight())
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())
     solver: SolverSettings = field("how to search for a plan", default=SolverSettings())

@@ -6,23 +6,24 @@ refused cannot be planned, or would be dangerous to fly.
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from missions import dynamics
 from missions.airframes import Airframe, airframe
 from missions.arrays import Array
 from missions.errors import MissionError
-from missions.reach import best_probability
-from missions.schema import Gaussian, GaussianMixtureMap, Mission, ProbabilisticConnectivity, Vector
+from missions.schema import Gaussian, GaussianMixtureMap, Mission
 from missions.uris import check_uri, same_drone
+from missions.validate_connectivity import check_connectivity
+from missions.validate_places import check_limits, check_places
+from missions.validate_shapes import check_shapes
 
 ErrorAt = Callable[[str, str], MissionError]
 MAX_STEPS = 36_000
-_SLACK = 1e-9  # [m] rounding allowed where a value may lie on a limit
 _PARAMETER = re.compile(r"[A-Za-z0-9_]{1,26}\.[A-Za-z0-9_]{1,26}")
 _OUTSIDE_SIGMAS = 6.0
 
@@ -41,13 +42,13 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     _check_workspace(mission, error)
     _check_horizon(mission, error)
     _check_information(mission, error)
-    _check_limits(mission, frame, error)
-    _check_obstacles(mission, error)
+    _check_dynamics(mission, error)
+    check_limits(mission, frame, error)
+    check_shapes(mission, error)
     _check_identities(mission, error)
-    _check_starts(mission, error)
-    _check_pads(mission, frame, error)
+    check_places(mission, frame, error)
     _check_parameters(mission, error)
-    _check_connectivity(mission, error)
+    check_connectivity(mission, error)
 
 
 def _airframe(mission: Mission, error: ErrorAt) -> Airframe:
@@ -130,34 +131,13 @@ def _covariance(gaussian: Gaussian, nu: int) -> Array | None:
     return array if array.shape == (nu, nu) else None
 
 
-# -------------------------------------------------------------------------------------------- limits, obstacles
+# ------------------------------------------------------------------------------------------------------ dynamics
 
 
-def _check_limits(mission: Mission, frame: Airframe, error: ErrorAt) -> None:
-    limits, name = mission.limits, mission.flight.airframe
-    for field, allowed, unit in (
-        ("speed", frame.speed_limit, "m/s"),
-        ("acceleration", frame.acceleration_limit, "m/s²"),
-    ):
-        if getattr(limits, field) > allowed:
-            reason = f"got {getattr(limits, field):g}; allowed: at most {allowed:g} [{unit}] for airframe {name}"
-            raise error(reason, f"limits.{field}")
-    if len(mission.robots) > 1 and limits.separation < 2.0 * frame.radius:
-        reason = f"got {limits.separation:g}; allowed: at least {2.0 * frame.radius:g} [m], two bodies of {name}"
-        raise error(reason, "limits.separation")
-
-
-def _check_obstacles(mission: Mission, error: ErrorAt) -> None:
-    if not mission.obstacles:
-        return
-    lower, upper = mission.workspace.lower, mission.workspace.upper
-    axes = [np.linspace(low, high, 61) for low, high in zip(lower[:2], upper[:2], strict=True)]
-    x, y = np.meshgrid(*axes, indexing="ij")
-    free = np.ones_like(x, dtype=bool)
-    for obstacle in mission.obstacles:
-        free &= np.hypot(x - obstacle.center[0], y - obstacle.center[1]) >= obstacle.radius
-    if not free.any():
-        raise error("the obstacles cover the whole workspace", "obstacles")
+def _check_dynamics(mission: Mission, error: ErrorAt) -> None:
+    if found := dynamics.fault(mission.dynamics, mission.dimension):
+        where, reason = found
+        raise error(reason, f"dynamics.{where}")
 
 
 # -------------------------------------------------------------------------------------------------------- robots
@@ -184,98 +164,11 @@ def _check_unique(keys: Iterable[str], names: list[str], field: str, error: Erro
         seen[key] = i
 
 
-def _check_starts(mission: Mission, error: ErrorAt) -> None:
-    lower, upper = mission.workspace.lower, mission.workspace.upper
-    for i, robot in enumerate(mission.robots):
-        if len(robot.start) != mission.dimension:
-            count = len(robot.start)
-            raise error(f"got {count} numbers; allowed: {mission.dimension}, as the workspace has", _at(i, "start"))
-        for value, low, high in zip(robot.start, lower, upper, strict=True):
-            if not low <= value <= high:
-                reason = (
-                    f"got {_show(robot.start)} outside the workspace; allowed: {_show(lower)} to {_show(upper)} [m]"
-                )
-                raise error(reason, _at(i, "start"))
-        _check_outside_obstacles(mission, robot.start, _at(i, "start"), error)
-    starts = [robot.start for robot in mission.robots]
-    _check_apart(mission, starts, mission.limits.separation, "start", error)
-
-
-def _check_pads(mission: Mission, frame: Airframe, error: ErrorAt) -> None:
-    """Pads: inside the geofence, clear of obstacles, and far enough apart for everybody to take off at once."""
-    margin = mission.flight.geofence_margin
-    corners = list(zip(mission.workspace.lower, mission.workspace.upper, strict=True))[:2]
-    for i, robot in enumerate(mission.robots):
-        if robot.pad is None:
-            continue
-        for value, (low, high) in zip(robot.pad, corners, strict=True):
-            if not low - margin - _SLACK <= value <= high + margin + _SLACK:
-                reason = (
-                    f"got {_show(robot.pad)}; allowed: at most geofence_margin = {margin:g} m outside the workspace"
-                )
-                raise error(reason, _at(i, "pad"))
-        _check_outside_obstacles(mission, robot.pad, _at(i, "pad"), error)
-    pads = [robot.pad or robot.start[:2] for robot in mission.robots]
-    _check_apart(mission, pads, max(mission.limits.separation, 2.0 * frame.radius), "pad", error)
-
-
-def _check_outside_obstacles(mission: Mission, point: Vector, where: str, error: ErrorAt) -> None:
-    for k, obstacle in enumerate(mission.obstacles):
-        distance = math.dist(point[:2], obstacle.center)
-        if distance < obstacle.radius - _SLACK:
-            reason = (
-                f"got {_show(point)} inside obstacles[{k}], {distance:.3g} m from its centre; "
-                f"allowed: at least {obstacle.radius:g} [m]"
-            )
-            raise error(reason, where)
-
-
-def _check_apart(mission: Mission, points: list[Vector], least: float, field: str, error: ErrorAt) -> None:
-    for (i, a), (j, b) in itertools.combinations(enumerate(points), 2):
-        if math.dist(a, b) < least - _SLACK:
-            reason = (
-                f"{field}s of {mission.robots[i].name} and {mission.robots[j].name} are {math.dist(a, b):.3g} m apart; "
-                f"allowed: at least {least:g} [m]"
-            )
-            raise error(reason, _at(j, field))
-
-
 def _check_parameters(mission: Mission, error: ErrorAt) -> None:
     for name in mission.flight.parameters:
         if not _PARAMETER.fullmatch(name):
             raise error("allowed: 'group.name' of an on-board parameter", f"flight.parameters.{name[:60]!r}")
 
 
-# -------------------------------------------------------------------------------------------------- connectivity
-
-
-def _check_connectivity(mission: Mission, error: ErrorAt) -> None:
-    policy = mission.connectivity
-    if not isinstance(policy, ProbabilisticConnectivity):
-        return
-    if mission.steps % policy.sub_periods:
-        near = [n for n in range(1, mission.steps + 1) if mission.steps % n == 0]
-        near = sorted(sorted(near, key=lambda n: abs(n - policy.sub_periods))[:3])
-        allowed = f"a divisor of the {mission.steps} steps, e.g. {', '.join(map(str, near))}"
-        raise error(f"got {policy.sub_periods}; allowed: {allowed}", "connectivity.sub_periods")
-    if len(mission.robots) < 2:
-        return
-    if policy.range <= mission.limits.separation:
-        reason = f"got {policy.range:g}; allowed: above the separation of {mission.limits.separation:g} [m]"
-        raise error(reason + ", or nobody may ever be within range", "connectivity.range")
-    best, i, j = best_probability(mission, policy)
-    if best < policy.threshold:
-        period = mission.horizon.duration / policy.sub_periods
-        reason = (
-            f"got {policy.threshold:g}; {mission.robots[i].name} and {mission.robots[j].name} can reach at most "
-            f"{best:.2g} in the first sub-period of {period:g} s from where they start"
-        )
-        raise error(reason, "connectivity.threshold")
-
-
 def _at(index: int, field: str) -> str:
     return f"robots[{index}].{field}"
-
-
-def _show(point: Vector) -> str:
-    return f"({', '.join(f'{value:g}' for value in point)})"

@@ -3,6 +3,7 @@
 ::
 
     PlannerError              base: str() is one line for a person
+    ├── NotFlyableError       plans of these dynamics become no polynomials
     ├── UnreachableError      a constraint no motion can meet; names it and the bound that proves it
     ├── NoFeasiblePlan        the search ended without a plan that meets every limit; carries the outcome
     ├── CertificateFailed     what would fly misses the mission's limits; carries the certificate
@@ -21,6 +22,21 @@ if TYPE_CHECKING:  # the records come from modules that raise these errors
 
 class PlannerError(ValueError):
     """Base of the planner's errors."""
+
+
+class NotFlyableError(PlannerError):
+    """Dynamics for studies: their plans become no polynomials, so there is nothing to certify or to fly.
+
+    Args:
+        dynamics: type of the mission's dynamics.
+    """
+
+    def __init__(self, dynamics: str) -> None:
+        self.dynamics = dynamics
+        super().__init__(
+            f"dynamics of type {dynamics} are for studies: their plans have no bounded acceleration that polynomials "
+            "could follow. Plan them with planner.solve, or fly type double_integrator"
+        )
 
 
 class UnreachableError(PlannerError):

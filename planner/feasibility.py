@@ -2,91 +2,94 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from missions import fleet
 from missions.arrays import Array
-from missions.schema import Mission, ProbabilisticConnectivity
-from planner.connectivity.pairs import all_pairs, sub_period_bounds
+from missions.obstacles import KeepInZone
+from missions.reach import shortfall
+from missions.schema import Mission
+from missions.shapes import Solid, outline, solid
+from planner.connectivity.pairs import all_pairs
 from planner.errors import UnreachableError
 
-MOST_TABLE_ENTRIES = 400  # times a side of the table of Γ bounds: thinned beyond, always to the optimistic side
+ROUNDING = 1e-9  # [m] where a value may lie on its limit
 
 
 def check_feasible(mission: Mission) -> None:
     """Raise if no motion can meet the mission's limits.
 
-    Starts: inside the workspace, apart, outside obstacles. Connection: P of every pair and sub-period is at most
-    n⁻² ΣΣ Γ(max(0, |s_i − s_j| − r(t) − r(s))), r(t) being how far a robot can be from its start at time t.
+    Starts and given ends: inside workspace and zones, apart, outside obstacles, within reach. Connection: bounds from
+    how far robots can be from their starts at any time (:mod:`missions.reach`).
 
     Raises:
         UnreachableError: names the constraint, who, the bound and what is required.
     """
-    start = np.array([robot.start[: mission.dimension] for robot in mission.robots], dtype=np.float64)
-    _check_starts(mission, start)
-    if isinstance(mission.connectivity, ProbabilisticConnectivity):
-        _check_connection(mission, mission.connectivity, start)
+    _check_places(mission, "start", fleet.starts(mission))
+    _check_ends(mission)
+    _check_connection(mission)
 
 
-def reach(mission: Mission, t: Array) -> Array:
-    """Largest distance [m] from its start a robot can have at times t [s]: full acceleration, then full speed."""
-    # The bound is per axis, so the largest acceleration is along a diagonal.
-    acceleration = mission.limits.acceleration * np.sqrt(mission.dimension)
-    speed = mission.limits.speed
-    ramp = speed / acceleration
-    distance: Array = np.where(t < ramp, 0.5 * acceleration * t**2, speed * (t - 0.5 * ramp))
-    return distance
-
-
-def _check_starts(mission: Mission, start: Array) -> None:
+def _check_places(mission: Mission, word: str, points: Array) -> None:
+    """Points (N, ν), NaN where a robot has none: inside the workspace and its zones, outside obstacles, and apart."""
     names = [robot.name for robot in mission.robots]
+    given = np.asarray(np.isfinite(points).all(axis=1))
     lower, upper = np.array(mission.workspace.lower), np.array(mission.workspace.upper)
-    for name, point in zip(names, start, strict=True):
+    for robot in np.flatnonzero(given):
+        name, point = names[robot], points[robot]
         outside = float(np.maximum(lower - point, point - upper).max())
         if outside > 0.0:
-            raise UnreachableError("workspace", name, -outside, 0.0, "m", "the start lies outside the workspace")
-        for obstacle in mission.obstacles:
-            distance = float(np.linalg.norm(point[:2] - np.array(obstacle.center[:2])))
-            if distance < obstacle.radius:
-                x, y = obstacle.center[:2]
-                where = f"{name}, obstacle at ({x:g}, {y:g})"
-                reason = "the start lies inside the obstacle"
-                raise UnreachableError("obstacle clearance", where, distance, obstacle.radius, "m", reason)
-    for i, j in all_pairs(len(start)):
-        distance = float(np.linalg.norm(start[i] - start[j]))
-        if distance < mission.limits.separation - 1e-9:
-            reason = "the starts are closer than the robots may ever be"
+            raise UnreachableError("workspace", name, -outside, 0.0, "m", f"the {word} lies outside the workspace")
+    for constraint, where, clearance in _clearances(mission, points):
+        for robot in np.flatnonzero(given & (clearance < -ROUNDING)):
+            reason = f"the {word} lies {'outside' if constraint == 'keep-in zone' else 'inside'}"
+            place = f"{names[robot]}, {where}"
+            raise UnreachableError(constraint, place, float(clearance[robot]), 0.0, "m", reason)
+    pairs = all_pairs(len(points))
+    x = fleet.in_space(mission, points) * np.array([1.0, 1.0, fleet.vertical_scale(mission)])
+    for i, j in pairs[given[pairs].all(axis=1)]:
+        distance = float(np.linalg.norm(x[i] - x[j]))
+        if distance < mission.limits.separation - ROUNDING:
+            reason = f"the {word}s are closer than the robots may ever be"
             where = f"{names[i]}-{names[j]}"
             raise UnreachableError("separation", where, distance, mission.limits.separation, "m", reason)
 
 
-def _check_connection(mission: Mission, policy: ProbabilisticConnectivity, start: Array) -> None:
-    names = [robot.name for robot in mission.robots]
-    bounds = sub_period_bounds(mission.steps, policy.sub_periods)
-    for p, (first, end) in enumerate(bounds):
-        t = _optimistic_times(first, end) * mission.horizon.dt
-        gap = reach(mission, t)[:, None] + reach(mission, t)[None, :]
-        for i, j in all_pairs(len(start)):
-            apart = np.maximum(np.linalg.norm(start[i] - start[j]) - gap, 0.0)
-            bound = float(np.exp(-(apart**2) / (2.0 * policy.range**2)).mean())
-            if bound < policy.threshold:
-                raise UnreachableError(
-                    "connection",
-                    f"{names[i]}-{names[j]}, sub-period {p + 1}",
-                    bound,
-                    policy.threshold,
-                    "",
-                    f"they start {np.linalg.norm(start[i] - start[j]):.2f} m apart and cannot come together in time",
-                )
+def _clearances(mission: Mission, points: Array) -> Iterator[tuple[str, str, Array]]:
+    """Constraint, where, and each robot's distance (N,) [m] to what it stays out of, or to the edge it stays within."""
+    x = np.moveaxis(np.nan_to_num(fleet.in_space(mission, points)), -1, 0)
+    for number, obstacle in enumerate(mission.obstacles):
+        yield "obstacle clearance", f"obstacles[{number}]", solid(obstacle).distance(x).value
+    for number, zone in enumerate(mission.zones):
+        bound = np.array([not zone.robots or robot.name in zone.robots for robot in mission.robots])
+        depth = Solid(outline(zone)).distance(x).value
+        inside = isinstance(zone, KeepInZone)
+        name = "keep-in zone" if inside else "keep-out zone"
+        yield name, f"zones[{number}]", np.where(bound, -depth if inside else depth, np.inf)
 
 
-def _optimistic_times(first: int, end: int) -> Array:
-    """Steps of a sub-period; if there are many, the latest step of each of equal groups stands for the group."""
-    steps = end - first
-    groups = min(steps, MOST_TABLE_ENTRIES)
-    last = np.floor(np.arange(1, groups + 1) * steps / groups + 1e-9) - 1.0
-    if groups < steps and steps % groups:
-        # Unequal groups would weigh wrongly; the next finer equal grid, rounded up, stays optimistic.
-        width = -(-steps // groups)
-        last = np.minimum(np.arange(width - 1, steps + width - 1, width), steps - 1).astype(np.float64)
-        return np.repeat(first + last, width)[:steps]
-    return first + last
+def _check_ends(mission: Mission) -> None:
+    """Given ends: places a robot may be, near enough to be reached from start to rest in time."""
+    _check_places(mission, "end", fleet.ends(mission))
+    way = fleet.ends(mission) - fleet.starts(mission)
+    distance = np.nan_to_num(np.linalg.norm(way, axis=1))
+    T = mission.horizon.duration
+    a, v = fleet.accelerations(mission) * np.sqrt(mission.dimension), fleet.speeds(mission)
+    ramp = np.minimum(v / a, T / 2.0)  # from rest to rest; who starts in motion gets there no sooner than at full speed
+    moving = np.any(fleet.velocities(mission) != 0.0, axis=1)
+    farthest = np.where(moving, v * T, a * ramp * (T - ramp))
+    for robot in np.flatnonzero(distance > farthest + ROUNDING):
+        reason = f"farther from its start than it can get in {T:g} s"
+        name = mission.robots[robot].name
+        raise UnreachableError("end point", name, float(farthest[robot]), float(distance[robot]), "m", reason)
+
+
+def _check_connection(mission: Mission) -> None:
+    missed = shortfall(mission)
+    if missed is None:
+        return
+    i, j = (mission.robots[k].name for k in missed.pair)
+    where = f"{i}-{j}, {missed.place}"
+    raise UnreachableError(missed.constraint, where, missed.bound, missed.required, missed.unit, missed.reason)

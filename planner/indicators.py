@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from missions import fleet
 from missions.arrays import Array
-from missions.schema import Mission, NoConnectivity
+from missions.connectivity import ProbabilisticConnectivity, SimultaneousConnectivity
+from missions.indicator import Indicator
+from missions.schema import Mission
+from missions.shapes import solid
+from missions.topology import sub_period_steps, sub_period_times
 from planner.certificate.record import Indicators, PairConnection
-from planner.connectivity.pairs import all_pairs, sub_period_bounds
-from planner.connectivity.probability import connection_probability
+from planner.connectivity.all_times import log_probability
+from planner.connectivity.forwarding import Contact, arrival_tables, by_pair, sampled_contacts
+from planner.connectivity.pairs import all_pairs
 from planner.connectivity.quadrature import every_step
+from planner.connectivity.same_time import same_time_log_probability
 from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
 from planner.ergodic.target import information_coefficients
+
+MOST_TERMS = 4_000_000  # of double sums worked out at once: 100 MB
 
 
 def ergodic_metric(mission: Mission) -> ErgodicMetric:
@@ -40,7 +51,11 @@ def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
     """
     t, q = _checked(mission, t, q)
     q_planned = resample(t, q, np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt)
-    pairs = _pair_connections(mission, t, q, q_planned)
+    within, distance = _within(mission, q)
+    contacts = sampled_contacts(t, within, all_pairs(len(mission.robots)))
+    pairs = _pair_connections(mission, t, q_planned, within, distance, contacts)
+    arrivals, by_period = arrival_tables(len(mission.robots), contacts, sub_period_times(mission))
+    has_range = mission.connectivity.range is not None
     probabilities = [P for pair in pairs for P in pair.probability]
     shares = [pair.connected_share for pair in pairs]
     return Indicators(
@@ -52,16 +67,15 @@ def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
         smallest_separation=min((pair.smallest_distance for pair in pairs), default=math.inf),
         smallest_clearance=smallest_clearance(mission, q),
         pairs=pairs,
+        arrivals=arrivals if has_range else (),
+        arrivals_by_period=by_period if has_range else (),
     )
 
 
 def smallest_clearance(mission: Mission, q: Array) -> float:
-    """Smallest distance [m] of any sample q (S, N, ≥ν) to the edge of any obstacle; inf without obstacles."""
-    distances = [
-        np.linalg.norm(q[..., :2] - np.array(obstacle.center[:2]), axis=-1).min() - obstacle.radius
-        for obstacle in mission.obstacles
-    ]
-    return float(min(distances, default=math.inf))
+    """Smallest distance [m] of any sample q (S, N, ≥ν) to any obstacle, negative inside; inf without obstacles."""
+    x = np.moveaxis(fleet.in_space(mission, q[..., : mission.dimension]), -1, 0)
+    return min((float(solid(obstacle).value(x).min()) for obstacle in mission.obstacles), default=math.inf)
 
 
 def resample(t: Array, q: Array, times: Array) -> Array:
@@ -86,29 +100,56 @@ def _checked(mission: Mission, t: Array, q: Array) -> tuple[Array, Array]:
     return t, q[..., :nu]
 
 
-def _pair_connections(mission: Mission, t: Array, q: Array, q_planned: Array) -> tuple[PairConnection, ...]:
-    policy, names = mission.connectivity, [robot.name for robot in mission.robots]
+def _pair_connections(
+    mission: Mission,
+    t: Array,
+    q_planned: Array,
+    within: NDArray[np.bool_],
+    distance: Array,
+    contacts: Sequence[Contact],
+) -> tuple[PairConnection, ...]:
+    names, R_c = [robot.name for robot in mission.robots], mission.connectivity.range
     index = all_pairs(len(names))
     if len(index) == 0:
         return ()
-    R_c = policy.range
-    sub_periods = 1 if isinstance(policy, NoConnectivity) else policy.sub_periods
-    distance = np.linalg.norm(q[:, index[:, 0]] - q[:, index[:, 1]], axis=-1)  # (S, pairs)
-    connected = distance <= R_c if R_c is not None else np.zeros_like(distance, dtype=bool)
-    edges = np.linspace(0.0, mission.horizon.duration, sub_periods + 1)
-    period = np.clip(np.searchsorted(edges, t + 1e-9, side="right") - 1, 0, sub_periods - 1)
-    met = [[bool(connected[period == p, pair].any()) for p in range(sub_periods)] for pair in range(len(index))]
-    P = np.empty((len(index), 0))
-    if R_c is not None:
-        quadrature = every_step(sub_period_bounds(mission.steps, sub_periods))
-        P = connection_probability(q_planned, R_c, index, quadrature)
+    edges = sub_period_times(mission)
+    period = np.clip(np.searchsorted(edges, t + 1e-9, side="right") - 1, 0, len(edges) - 2)
+    met = np.stack([within[period == p].any(axis=0) for p in range(len(edges) - 1)], axis=-1)
+    P, same_time = _probabilities(mission, q_planned)
+    spans = by_pair(contacts)
     return tuple(
         PairConnection(
             robots=(names[i], names[j]),
             probability=tuple(float(value) for value in P[pair]),
-            met=tuple(met[pair]),
-            connected_share=float(connected[:, pair].mean()) if R_c is not None else math.nan,
+            met=tuple(bool(value) for value in met[pair]),
+            connected_share=float(within[:, pair].mean()) if R_c is not None else math.nan,
             smallest_distance=float(distance[:, pair].min()),
+            same_time_probability=tuple(float(value) for value in same_time[pair]),
+            contacts=tuple((c.begin, c.end) for c in spans.get((int(i), int(j)), ())),
         )
         for pair, (i, j) in enumerate(index)
     )
+
+
+def _within(mission: Mission, q: Array) -> tuple[NDArray[np.bool_], Array]:
+    """(S, pairs) whether pairs are within range, and their distances [m], heights included."""
+    index, x = all_pairs(len(mission.robots)), fleet.in_space(mission, q)
+    distance: Array = np.linalg.norm(x[:, index[:, 0]] - x[:, index[:, 1]], axis=-1)
+    R_c = mission.connectivity.range
+    return distance <= (-1.0 if R_c is None else R_c), distance
+
+
+def _probabilities(mission: Mission, q: Array) -> tuple[Array, Array]:
+    """P and P̃ (pairs, sub-periods) at the planning step, with the policy's indicator; (pairs, 0) without a range."""
+    policy, index = mission.connectivity, all_pairs(len(mission.robots))
+    if policy.range is None:
+        return np.empty((len(index), 0)), np.empty((len(index), 0))
+    indicator = Indicator()
+    if isinstance(policy, ProbabilisticConnectivity | SimultaneousConnectivity):
+        indicator = Indicator(policy.indicator, policy.steepness)
+    quadrature = every_step(sub_period_steps(mission))
+    terms = math.prod(quadrature.nodes.shape) * quadrature.nodes.shape[1]
+    blocks = np.array_split(index, max(1, math.ceil(len(index) * terms / MOST_TERMS)))
+    P = [np.exp(log_probability(q, policy.range, indicator, block, quadrature, exact=True).log_P) for block in blocks]
+    same_time = same_time_log_probability(q, policy.range, indicator, index, quadrature)
+    return np.concatenate(P), np.exp(same_time.log_P)

@@ -12,22 +12,24 @@ import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from missions.dynamics import flies
 from missions.schema import Mission
 from planner.certificate.certify import certify
 from planner.certificate.record import Certificate, Check
-from planner.errors import CertificateFailed, NoFeasiblePlan, PlannerError
+from planner.errors import CertificateFailed, NoFeasiblePlan, NotFlyableError, PlannerError
 from planner.feasibility import check_feasible
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
 from planner.problem import Margins, build_problem
+from planner.solver.methods import solve
 from planner.solver.result import Progress
-from planner.solver.solve import solve
 from planner.trajectory.encode import encode
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.fit import fit
 
 ROUNDS = 4  # how often margins may grow before we say that the plan cannot be certified
+NUDGE = 0.005  # [m] taken off the range when contacts are too short
 STIFFER = 0.05  # share of the acceleration limit given up when polynomials cannot follow the plan within it
 
 
@@ -49,19 +51,29 @@ def make_flight_plan(
 ) -> FlightPlan:
     """Plan, fit, encode and certify.
 
+    Plans of the reference method end in motion; the default method takes them on from there and brings them to rest.
+
     Raises:
+        NotFlyableError: the mission's dynamics are for studies.
         UnreachableError: the mission is provably impossible; names the binding constraint.
         NoFeasiblePlan: the solver found no feasible plan; carries the outcome with every violation.
         CertificateFailed: the bytes miss the mission's limits even with grown margins; carries the certificate.
         TrajectoryError: the plan cannot be followed by polynomials that fit into the memory.
     """
+    if not flies(mission.dynamics):
+        raise NotFlyableError(mission.dynamics.type)
     check_feasible(mission)
-    margins = Margins()
+    margins, settings = Margins(), mission.solver
     initial: Plan | None = None
+    if settings.method != "fast":
+        reference = solve(build_problem(mission, margins), settings, progress=progress, should_stop=should_stop)
+        initial, settings = reference.plan, replace(settings, method="fast")
+        if initial is None:
+            raise NoFeasiblePlan(reference)
     for _ in range(ROUNDS):
         outcome = solve(
             build_problem(mission, margins),
-            mission.solver,
+            settings,
             progress=progress,
             initial=initial,
             should_stop=should_stop,
@@ -101,11 +113,19 @@ def _realise(mission: Mission, plan: Plan, margins: Margins) -> Attempt:
 _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
     "separation": ("separation", lambda check: check.limit - check.value),
     "obstacles": ("obstacle", lambda check: check.limit - check.value),
+    "keep-out zones": ("obstacle", lambda check: check.limit - check.value),
+    "landing obstacles": ("obstacle", lambda check: check.limit - check.value),
+    "landing separation": ("separation", lambda check: check.limit - check.value),
+    "keep-in zones": ("workspace", lambda check: check.limit - check.value),
     "workspace": ("workspace", lambda check: check.limit - check.value),
     "speed": ("speed", lambda check: check.value / check.limit - 1.0),
     "acceleration": ("acceleration", lambda check: check.value / check.limit - 1.0),
     "connection probability": ("probability", lambda check: check.limit / check.value - 1.0),
+    "same-time connection probability": ("probability", lambda check: check.limit / check.value - 1.0),
     "meeting": ("range", lambda check: check.value - check.limit),
+    "rendezvous": ("range", lambda check: check.value - check.limit),
+    "contact at all times": ("range", lambda check: check.value - check.limit),
+    "contact": ("range", lambda _: NUDGE),  # seconds that are missing because of millimetres
 }
 
 

@@ -20,9 +20,9 @@ from missions.arrays import Array
 Index = NDArray[np.intp]
 Measure = Callable[[Array], Array]  # rising function from polynomial values to what is reported, e.g. a square root
 
-_ROUNDS = 60  # halvings after which float64 times cannot tell ends apart
-_MOST_OPEN = 200_000  # intervals; only numbers so large that float64 hides the resolution get there
-_ROUNDING = 1e-14  # relative error of coefficients after 60 rounds of averaging
+ROUNDS = 60  # halvings after which float64 times cannot tell ends apart
+MOST_OPEN = 200_000  # intervals; only numbers so large that float64 hides the resolution get there
+ROUNDING = 1e-14  # relative error of coefficients after 60 rounds of averaging
 
 
 @dataclass(frozen=True)
@@ -70,21 +70,21 @@ def minimise(
         measure: from polynomial values to what is reported.
     """
     best, when, proven = np.full(groups, np.inf), np.zeros(groups), np.full(groups, np.inf)
-    halves = _halves(points.shape[1] - 1)
-    for _ in range(_ROUNDS):
+    maps = halves(points.shape[1] - 1)
+    for _ in range(ROUNDS):
         _take(best, when, group, points[:, 0], start)
         _take(best, when, group, points[:, -1], end)
-        low = points.min(axis=1) - _ROUNDING * np.abs(points).max(axis=1)
+        low = points.min(axis=1) - ROUNDING * np.abs(points).max(axis=1)
         open_ = measure(low) < measure(best[group]) - resolution
         np.minimum.at(proven, group[~open_], low[~open_])
         points, start, end, group, low = points[open_], start[open_], end[open_], group[open_], low[open_]
         if len(points) == 0:
             break
-        if len(points) > _MOST_OPEN:  # the bound stays a bound, only wider than the resolution
+        if len(points) > MOST_OPEN:  # the bound stays a bound, only wider than the resolution
             np.minimum.at(proven, group, low)
             break
         middle = (start + end) / 2
-        points = np.concatenate([points @ half.T for half in halves])
+        points = np.concatenate([points @ half.T for half in maps])
         start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
         group, low = np.concatenate([group, group]), np.concatenate([low, low])
     else:
@@ -105,8 +105,9 @@ def square_sum(points: Array) -> Array:
     n = points.shape[-1] - 1
     weighted = points * _binomials(n)
     out = np.zeros((*points.shape[:-2], 2 * n + 1))
-    for i in range(n + 1):
-        out[..., i : i + n + 1] += (weighted[..., i : i + 1] * weighted).sum(axis=-2)
+    for axis in np.moveaxis(weighted, -2, 0):  # sums over an axis of three are slow
+        for i in range(n + 1):
+            out[..., i : i + n + 1] += axis[..., i : i + 1] * axis
     product: Array = out / _binomials(2 * n)
     return product
 
@@ -124,7 +125,7 @@ def _binomials(n: int) -> Array:
 
 
 @functools.cache
-def _halves(n: int) -> tuple[Array, Array]:
+def halves(n: int) -> tuple[Array, Array]:
     """De Casteljau maps (n+1, n+1) to the coefficients of both halves of the interval."""
     left = np.array([[math.comb(i, j) / 2.0**i for j in range(n + 1)] for i in range(n + 1)])
     return left, left[::-1, ::-1]

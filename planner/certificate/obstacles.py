@@ -1,45 +1,53 @@
-"""How close robots come to obstacles."""
+"""How close robots come to obstacles and to the edges of zones."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from missions.arrays import Array
-from missions.schema import CircleObstacle, Obstacle
+from missions.obstacles import CircleObstacle, KeepInZone, KeepOutZone, Obstacle
+from missions.shapes import Solid, half_planes, outline, solid
 from planner.certificate.bernstein import Minimum, minimise, root, square_sum
-from planner.certificate.errors import CertificateError
+from planner.certificate.convex import closest
 from planner.trajectory.bezier import control_points
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 RESOLUTION = 1e-4  # [m]
 
 
-def clearance(trajectory: PiecewisePolynomial, obstacle: Obstacle) -> Minimum:
-    """Smallest distance of a robot's centre to an obstacle's surface [m], negative inside; one group.
-
-    Raises:
-        CertificateError: a shape this certificate cannot judge.
-    """
+def clearance(trajectory: PiecewisePolynomial, obstacle: Obstacle | KeepOutZone) -> Minimum:
+    """Smallest distance of a robot's centre to an obstacle's surface [m], negative inside; one group."""
+    points = control_points(trajectory.coefficients[:, :3], trajectory.durations)  # (M, 3, 8)
+    knots = trajectory.knots()
     if not isinstance(obstacle, CircleObstacle):
-        raise CertificateError(f"obstacle of type {type(obstacle).__name__}: the certificate knows circles only")
-    points = control_points(trajectory.coefficients[:, :2], trajectory.durations)  # (M, 2, 8)
-    relative = points - np.array(obstacle.center[:2])[:, None]
+        return closest(points, knots[:-1], knots[1:], body(obstacle), RESOLUTION)
+    relative = points[:, :2] - np.array(obstacle.center)[:, None]
 
     def outside(squares: Array) -> Array:
         """Distance to the circle from squared distances to its centre."""
         return root(squares) - obstacle.radius
 
-    knots = trajectory.knots()
     group = np.zeros(len(points), dtype=np.intp)
     return minimise(square_sum(relative), knots[:-1], knots[1:], group, 1, RESOLUTION, outside)
 
 
-def segment_clearance(begin: Array, end: Array, obstacle: Obstacle) -> float:
-    """Smallest distance of the straight way from begin to end, both (2,) [m], to an obstacle's surface [m]."""
-    if not isinstance(obstacle, CircleObstacle):
-        raise CertificateError(f"obstacle of type {type(obstacle).__name__}: the certificate knows circles only")
-    center = np.array(obstacle.center[:2])
-    way = end - begin
-    length2 = float(way @ way)
-    s = float(np.clip((center - begin) @ way / length2, 0.0, 1.0)) if length2 > 0 else 0.0
-    return float(np.linalg.norm(begin + s * way - center)) - obstacle.radius
+def inside_zone(trajectory: PiecewisePolynomial, zone: KeepInZone) -> Minimum:
+    """Smallest distance of a robot's centre to an edge of the zone it stays in [m], negative outside; one group."""
+    points = control_points(trajectory.coefficients[:, :2], trajectory.durations)  # (M, 2, 8)
+    normals, offsets = half_planes(outline(zone))
+    sides = offsets[:, None] - np.einsum("ea,maj->mej", normals, points)  # (M, E, 8)
+    edges, knots = len(normals), trajectory.knots()
+    start, end = np.repeat(knots[:-1], edges), np.repeat(knots[1:], edges)
+    group = np.zeros(len(start), dtype=np.intp)
+    return minimise(sides.reshape(len(start), -1), start, end, group, 1, RESOLUTION)
+
+
+def segment_clearance(begin: Array, end: Array, obstacle: Obstacle | KeepOutZone) -> float:
+    """Smallest distance of the straight way from begin to end, both (3,) [m], to an obstacle's surface [m]."""
+    points = np.stack([begin, end], axis=1)[None]
+    return float(closest(points, np.zeros(1), np.ones(1), body(obstacle), RESOLUTION).bound[0])
+
+
+def body(obstacle: Obstacle | KeepOutZone) -> Solid:
+    """What an obstacle or a zone fills; zones reach from floor to ceiling."""
+    return Solid(outline(obstacle)) if isinstance(obstacle, KeepOutZone) else solid(obstacle)

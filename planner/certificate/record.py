@@ -37,10 +37,12 @@ class PairConnection:
 
     Attributes:
         robots: names of the pair.
-        probability: P per sub-period (IMEC Eq. 7, all pairs of times, at the planning step).
+        probability: P per sub-period (IMEC Eq. 8, all pairs of times, at the planning step).
         met: per sub-period, whether they were within range at the same time at least once.
         connected_share: share of the time they were within range.
         smallest_distance: [m], over the whole search.
+        same_time_probability: P̃ per sub-period (IMEC Eq. 29, at the planning step).
+        contacts: (begin, end) of every interval within range [s].
     """
 
     robots: tuple[str, str]
@@ -48,6 +50,8 @@ class PairConnection:
     met: tuple[bool, ...]
     connected_share: float
     smallest_distance: float
+    same_time_probability: tuple[float, ...] = ()
+    contacts: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,9 @@ class Indicators:
     smallest_separation: float  # [m], inf for one robot
     smallest_clearance: float  # [m] to obstacles, inf without any
     pairs: tuple[PairConnection, ...] = ()
+    # Store and forward: [i][j] when i's data reach j at the earliest [s]; inf if they never do; empty without a range.
+    arrivals: tuple[tuple[float, ...], ...] = ()  # data of t = 0
+    arrivals_by_period: tuple[tuple[tuple[float, ...], ...], ...] = ()  # data of a sub-period's start, within it
 
 
 @dataclass(frozen=True)

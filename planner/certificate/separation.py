@@ -33,20 +33,24 @@ class Approaches:
     time: Array
 
 
-def closest_approaches(trajectories: Sequence[PiecewisePolynomial], periods: Array) -> Approaches:
+def closest_approaches(
+    trajectories: Sequence[PiecewisePolynomial], periods: Array, scale: Array | None = None
+) -> Approaches:
     """Closest approaches in continuous time.
 
     Args:
         trajectories: all robots'.
         periods: (P+1,) boundaries of the periods [s]; what is before or after counts to the first or last.
+        scale: (3,) by how much distance counts along each axis; None: fully.
     """
     segments = common_segments(trajectories, periods)
-    robots, count = len(segments.points), len(periods) - 1
+    positions = segments.points if scale is None else segments.points * scale[:, None]
+    robots, count = len(positions), len(periods) - 1
     start, end = segments.times[:-1], segments.times[1:]
     period = np.clip(np.searchsorted(periods, (start + end) / 2) - 1, 0, count - 1)
     rows = []
     for i in range(robots - 1):  # one robot against all later ones: memory stays linear in robots
-        relative = segments.points[i + 1 :] - segments.points[i]  # (J, K, 3, 8)
+        relative = positions[i + 1 :] - positions[i]  # (J, K, 3, 8)
         others = len(relative)
         group = (np.arange(others)[:, None] * count + period).ravel()
         points = square_sum(relative).reshape(-1, 15)

@@ -1,12 +1,13 @@
-"""Connection probability of pairs of robots in sub-periods (IMEC, Eq. 8), direct double sum.
+"""Connection probability of pairs of robots in sub-periods (IMEC, Eq. 8).
 
 P = n⁻² Σ_{t∈p} Σ_{s∈p} Γ(q_i(t), q_j(s)) with the Gaussian indicator Γ(a, b) = exp(−|a−b|² / (2 R_c²)): all pairs of
 times of the sub-period, not only equal times. Worked out as log P, which neither underflows nor stops pulling however
-far apart two robots are.
+far apart two robots are. By the direct double sum, or, where that is cheaper, through moments (``separable.py``).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -15,6 +16,11 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.connectivity.quadrature import Quadrature
+from planner.connectivity.separable import SMALLEST, function_counts, moment_probability
+
+UNDERFLOW = 1e-250  # sums below it are worked out again, relative to their largest term
+# [ns], measured: a pair of nodes; a node and moment; a node and function; whatever the size.
+DIRECT_COST, MOMENT_COST, FUNCTION_COST, FIXED_COST = 9.0, 0.8, 15.0, 2e5
 
 
 class ConnectionValue(NamedTuple):
@@ -26,12 +32,12 @@ class ConnectionValue(NamedTuple):
 
 def connection_probability(q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature) -> Array:
     """P (pairs, sub-periods) for positions q (T, N, ν) [m] and range R_c [m]."""
-    P: Array = np.exp(connection_log_probability(q, R_c, pairs, quadrature).log_P)
+    P: Array = np.exp(connection_log_probability(q, R_c, pairs, quadrature, exact=True).log_P)
     return P
 
 
 def connection_log_probability(
-    q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature
+    q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature, *, exact: bool = False
 ) -> ConnectionValue:
     """Log P of every pair and sub-period, and its gradient.
 
@@ -40,35 +46,90 @@ def connection_log_probability(
         R_c: communication range [m].
         pairs: (pairs, 2) robot indices.
         quadrature: nodes and weights ω of the sub-periods' time averages.
+        exact: never through moments, whose relative error is up to 1e-4.
     """
-    omega = quadrature.weights[..., None]  # (sub-periods, n, 1)
-    w = np.moveaxis((q[quadrature.nodes] - q[0].mean(axis=0)) / R_c, 2, 0)  # (N, sub-periods, n, ν)
+    w = np.ascontiguousarray(np.moveaxis((q[quadrature.nodes] - q[0].mean(axis=0)) / R_c, 2, 0))
+    through_moments = not exact and cheaper_through_moments(w, len(pairs))
+    value = (_mixed if through_moments else _direct)(w, quadrature.weights, pairs)
+
+    def pull(weights: Array) -> Array:
+        gradient = np.zeros_like(q)
+        # Nodes that fill up a row come before the real one, whose value is therefore the one that stays.
+        gradient[quadrature.nodes] = np.moveaxis(value.pull(weights) / R_c, 0, 2)
+        return gradient
+
+    return ConnectionValue(value.log_P, pull)
+
+
+def cheaper_through_moments(w: Array, pairs: int) -> bool:
+    """Whether moments cost less than the double sum, for nodes w (N, sub-periods, n, ν) in ranges."""
+    robots, periods, nodes, nu = w.shape
+    if nu != 2:
+        return False
+    functions = [2 * count for count in function_counts(w)]
+    moments = MOMENT_COST * math.prod(functions) + FUNCTION_COST * sum(functions)
+    through_moments = FIXED_COST + robots * periods * nodes * moments
+    return bool(through_moments < DIRECT_COST * pairs * periods * nodes * nodes)
+
+
+def _mixed(w: Array, omega: Array, pairs: NDArray[np.intp]) -> ConnectionValue:
+    """Through moments; pairs too far apart for their absolute error by the double sum. Gradient with respect to w."""
+    moments = moment_probability(w, omega, pairs)
+    near = moments.P > SMALLEST
+    log_P = np.log(np.where(near, moments.P, 1.0))
+    far = np.flatnonzero(~near.all(axis=1))
+    if len(far) == 0:
+        return ConnectionValue(log_P, lambda weights: moments.pull(weights / moments.P))
+    direct = _direct(w, omega, pairs[far])
+    log_P[far] = np.where(near[far], log_P[far], direct.log_P)
+
+    def pull(weights: Array) -> Array:
+        gradient = moments.pull(np.where(near, weights / np.where(near, moments.P, 1.0), 0.0))
+        gradient += direct.pull(np.where(near[far], 0.0, weights[far]))
+        return gradient
+
+    return ConnectionValue(log_P, pull)
+
+
+def _direct(w: Array, omega: Array, pairs: NDArray[np.intp]) -> ConnectionValue:
+    """Log P by the double sum, for nodes w (N, sub-periods, n, ν) in ranges. Gradient with respect to w."""
+    column = omega[..., None]  # (sub-periods, n, 1)
     half = -0.5 * np.einsum("...d,...d->...", w, w)[..., None]
     one = np.ones_like(half)
     left, right = np.concatenate([w, half, one], axis=-1), np.concatenate([w, one, half], axis=-1)
-    moments = omega * right[..., :-1]  # (N, sub-periods, n, ν+1): ω w, ω
+    moments = column * right[..., :-1]  # (N, sub-periods, n, ν+1): ω w, ω
     i, j = pairs[:, 0], pairs[:, 1]
 
-    gamma = left[i] @ np.swapaxes(right[j], -1, -2)  # (pairs, sub-periods, n, n): −|a−b|²/2R²
-    top = gamma.max(axis=(2, 3), keepdims=True)
-    gamma -= top
+    gamma = left[i] @ np.swapaxes(right[j], -1, -2)  # (pairs, sub-periods, n, n): −|a−b|²/2
+    top = gamma.max(axis=(2, 3)) if _may_underflow(w) else None
+    if top is not None:
+        gamma -= top[..., None, None]
     np.exp(gamma, out=gamma)
-    forward = gamma @ moments[j]  # (pairs, sub-periods, n, ν+1)
-    total = (omega * forward[..., -1:]).sum(axis=2)[..., 0]  # P / e^top
+    on_j = (gamma @ column)[..., 0]  # (pairs, sub-periods, n): Σ_s ω_s Γ_ts
+    total = np.einsum("pn,mpn->mp", omega, on_j)  # P, relative to the largest Γ if that may underflow
+    log_P = np.log(total) if top is None else top + np.log(total)
 
     def pull(weights: Array) -> Array:
-        # d log P / dq_i(t) = −(ω_t / R P) Σ_s ω_s Γ_ts (w_i(t) − w_j(s)), and the mirror image for robot j.
-        scale = (-weights / (total * R_c))[..., None, None] * omega
-        backward = np.swapaxes(gamma, -1, -2) @ moments[i]
-        on_nodes = np.zeros_like(w)
-        _gather(on_nodes, i, scale * (forward[..., -1:] * w[i] - forward[..., :-1]))
-        _gather(on_nodes, j, scale * (backward[..., -1:] * w[j] - backward[..., :-1]))
-        gradient = np.zeros_like(q)
-        # Nodes that fill up a row come before the real one, whose value is therefore the one that stays.
-        gradient[quadrature.nodes] = np.moveaxis(on_nodes, 0, 2)
+        # d log P / dw_i(t) = −(ω_t / P) Σ_s ω_s Γ_ts (w_i(t) − w_j(s)), and the mirror image for robot j.
+        gradient = np.zeros_like(w)
+        used = np.flatnonzero(weights.any(axis=1))
+        if len(used) == 0:
+            return gradient
+        some, i, j = (gamma if len(used) == len(gamma) else gamma[used]), pairs[used, 0], pairs[used, 1]
+        scale = (-weights[used] / total[used])[..., None, None] * column
+        forward = some @ moments[j]  # (pairs, sub-periods, n, ν+1)
+        backward = np.swapaxes(some, -1, -2) @ moments[i]
+        _gather(gradient, i, scale * (forward[..., -1:] * w[i] - forward[..., :-1]))
+        _gather(gradient, j, scale * (backward[..., -1:] * w[j] - backward[..., :-1]))
         return gradient
 
-    return ConnectionValue(top[..., 0, 0] + np.log(total), pull)
+    return ConnectionValue(log_P, pull)
+
+
+def _may_underflow(w: Array) -> bool:
+    """Whether two nodes may be so far apart that every Γ of a pair vanishes."""
+    sides = w.max(axis=(0, 1, 2)) - w.min(axis=(0, 1, 2))
+    return 0.5 * float(sides @ sides) > -math.log(UNDERFLOW)
 
 
 def _gather(per_robot: Array, robots: NDArray[np.intp], per_pair: Array) -> None:

@@ -16,11 +16,11 @@ class ControlBound:
     """g = (u² − u_max²)/(2 u_max): both bounds in one, m/s² to first order at the limit.
 
     Attributes:
-        limit: u_max [m/s²].
+        limit: (N,) u_max [m/s²].
         names: of all robots. dt: planning step [s].
     """
 
-    limit: float
+    limit: Array
     names: tuple[str, ...]
     dt: float
     tolerance: float
@@ -29,16 +29,16 @@ class ControlBound:
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (T, N, ν)."""
-        u = motion.u
+        u, limit = motion.u, self.limit[:, None]
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            cotangent.u[...] += u * (weights / self.limit)
+            cotangent.u[...] += u * (weights / limit)
 
-        return Evaluation((u * u - self.limit**2) / (2.0 * self.limit), pull)
+        return Evaluation((u * u - limit**2) / (2.0 * limit), pull)
 
     def violation(self, motion: Motion) -> Array:
         """Acceleration above the bound [m/s²], (T, N, ν)."""
-        excess: Array = np.abs(motion.u) - self.limit
+        excess: Array = np.abs(motion.u) - self.limit[:, None]
         return excess
 
     def place(self, index: tuple[int, ...]) -> Place:

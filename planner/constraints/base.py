@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from missions.arrays import Array
 from planner.dynamics import Cotangent, Motion
@@ -51,3 +51,16 @@ class Constraint(Protocol):
 
     def place(self, index: tuple[int, ...]) -> Place:
         """Who, and when, a component of the residual speaks of."""
+
+
+@runtime_checkable
+class Adaptive(Protocol):
+    """A constraint that chooses what it asks for, e.g. which pairs connect the robots."""
+
+    def adapted(self, motion: Motion) -> Constraint:
+        """The same with the choice that suits this motion; itself if that is the choice it has."""
+
+
+def adapted(constraint: Constraint, motion: Motion) -> Constraint:
+    """The constraint to search on with from this motion: most are as they are."""
+    return constraint.adapted(motion) if isinstance(constraint, Adaptive) else constraint

@@ -1,16 +1,18 @@
-"""Every pair's connection probability reaches a threshold in every sub-period (IMEC, Eq. 9d)."""
+"""Policy ``probabilistic``: connection probabilities reach a threshold in every sub-period (IMEC, Eq. 9d)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missions.arrays import Array
-from planner.connectivity.probability import connection_log_probability
+from missions.indicator import Indicator
+from planner.connectivity.all_times import log_probability
 from planner.connectivity.quadrature import Quadrature
 from planner.constraints.base import Evaluation, Place
+from planner.constraints.pairwise import Rows, pair_and_sub_period
 from planner.dynamics import Cotangent, Motion
 
 
@@ -22,39 +24,43 @@ class Connection:
     each other in workspaces many times R_c wide.
 
     Attributes:
-        R_c: communication range [m]. threshold: ε_c.
-        pairs: (P, 2) robot indices.
+        R_c: communication range [m]. threshold: (pairs,) ε_c.
+        pairs: (pairs, 2) robot indices.
         quadrature: the sub-periods' time averages, thinned: what the search evaluates.
         exact: the same from every step: what counts.
-        names: of all robots.
+        names: of all robots. indicator: Γ.
     """
 
     R_c: float
-    threshold: float
+    threshold: Array
     pairs: NDArray[np.intp]
     quadrature: Quadrature
     exact: Quadrature
     names: tuple[str, ...]
+    indicator: Indicator
     name: str = "connection"
     unit: str = ""
     tolerance: float = 2e-3
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (P, sub-periods)."""
-        value = connection_log_probability(motion.q[:-1], self.R_c, self.pairs, self.quadrature)
+        """Residual (pairs, sub-periods)."""
+        value = log_probability(motion.q[:-1], self.R_c, self.indicator, self.pairs, self.quadrature)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             cotangent.q[:-1] -= value.pull(weights)
 
-        return Evaluation(np.log(self.threshold) - value.log_P, pull)
+        return Evaluation(np.log(self.threshold)[:, None] - value.log_P, pull)
 
     def violation(self, motion: Motion) -> Array:
-        """Missing log-probability, (P, sub-periods)."""
-        value = connection_log_probability(motion.q[:-1], self.R_c, self.pairs, self.exact)
-        missing: Array = np.log(self.threshold) - value.log_P
+        """Missing log-probability, (pairs, sub-periods)."""
+        value = log_probability(motion.q[:-1], self.R_c, self.indicator, self.pairs, self.exact)
+        missing: Array = np.log(self.threshold)[:, None] - value.log_P
         return missing
 
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the sub-period (counted from 1)."""
-        i, j = self.pairs[index[0]]
-        return Place(f"{self.names[i]}-{self.names[j]}, sub-period {index[1] + 1}", None)
+        return pair_and_sub_period(self.names, self.pairs, index)
+
+    def of(self, rows: Rows) -> Connection:
+        """The same for some of the pairs."""
+        return replace(self, pairs=self.pairs[rows], threshold=self.threshold[rows])

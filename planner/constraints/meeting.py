@@ -1,14 +1,16 @@
-"""Pairs truly meet: within range at the same time at least once in every sub-period."""
+"""Pairs truly meet: in contact at least once in every sub-period."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missions.arrays import Array
+from planner.connectivity.distances import distances, pull_squares
 from planner.constraints.base import Evaluation, Place
+from planner.constraints.pairwise import Rows, pair_and_sub_period
 from planner.dynamics import Cotangent, Motion
 
 SHARPNESS = 0.1  # τ / R²: smaller follows the closest instant alone, larger blends more instants in
@@ -22,13 +24,13 @@ class Meeting:
     also when only some of the steps are looked at.
 
     Attributes:
-        range: R [m].
-        pairs: (P, 2) robot indices.
+        range: (pairs,) R [m].
+        pairs: (pairs, 2) robot indices.
         nodes: (sub-periods, n) steps looked at.
         names: of all robots.
     """
 
-    range: float
+    range: Array
     pairs: NDArray[np.intp]
     nodes: NDArray[np.intp]
     names: tuple[str, ...]
@@ -37,35 +39,39 @@ class Meeting:
     tolerance: float = 1e-3
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (P, sub-periods)."""
-        delta = self._delta(motion)  # (ν, P, sub-periods, n)
-        squares = (delta * delta).sum(axis=0)
-        tau = SHARPNESS * self.range**2
-        share = np.exp((squares.min(axis=-1, keepdims=True) - squares) / tau)
-        share /= share.sum(axis=-1, keepdims=True)
-        softmin = (share * squares).sum(axis=-1)
+        """Residual (pairs, sub-periods)."""
+        found = distances(motion.q, self.pairs, self.nodes)
+        R = self.range[:, None]
+        value, slope = softmin(found.squares, SHARPNESS * R[..., None] ** 2)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            slope = share * (1.0 - (squares - softmin[..., None]) / tau)  # d softmin / d squares
-            force = delta * (slope * (weights / self.range)[..., None])
-            robots = np.arange(motion.q.shape[1])[:, None]
-            incidence = (robots == self.pairs[:, 0]).astype(np.float64) - (robots == self.pairs[:, 1])  # (N, P)
-            on_nodes = np.tensordot(incidence, force, axes=(1, 1))  # (N, ν, sub-periods, n)
-            np.add.at(cotangent.q, self.nodes, on_nodes.transpose(2, 3, 0, 1))
+            force = slope * (weights / (2.0 * R))[..., None]
+            pull_squares(found, self.pairs, self.nodes, force, cotangent.q)
 
-        return Evaluation((softmin - self.range**2) / (2.0 * self.range), pull)
+        return Evaluation((value - R**2) / (2.0 * R), pull)
 
     def violation(self, motion: Motion) -> Array:
-        """How far the closest approach misses the range [m], (P, sub-periods)."""
-        closest: Array = np.linalg.norm(self._delta(motion), axis=0).min(axis=-1)
-        return closest - self.range
+        """How far the closest approach misses the range [m], (pairs, sub-periods)."""
+        closest: Array = np.sqrt(distances(motion.q, self.pairs, self.nodes).squares.min(axis=-1))
+        return closest - self.range[:, None]
 
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the sub-period (counted from 1)."""
-        i, j = self.pairs[index[0]]
-        return Place(f"{self.names[i]}-{self.names[j]}, sub-period {index[1] + 1}", None)
+        return pair_and_sub_period(self.names, self.pairs, index)
 
-    def _delta(self, motion: Motion) -> Array:
-        x = np.ascontiguousarray(motion.q[self.nodes].transpose(3, 2, 0, 1))  # (ν, N, sub-periods, n)
-        delta: Array = x[:, self.pairs[:, 0]] - x[:, self.pairs[:, 1]]
-        return delta
+    def of(self, rows: Rows) -> Meeting:
+        """The same for some of the pairs."""
+        return replace(self, pairs=self.pairs[rows], range=self.range[rows])
+
+
+def softmin(values: Array, tau: Array) -> tuple[Array, Array]:
+    """Boltzmann mean over the last axis, never below the minimum, and its derivative (as values).
+
+    Args:
+        values: (..., n).
+        tau: temperature in the values' unit, broadcast against them.
+    """
+    share = np.exp((values.min(axis=-1, keepdims=True) - values) / tau)
+    share /= share.sum(axis=-1, keepdims=True)
+    mean = (share * values).sum(axis=-1)
+    return mean, share * (1.0 - (values - mean[..., None]) / tau)

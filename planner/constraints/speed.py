@@ -18,11 +18,11 @@ class Speed:
     Velocity is linear over a step, so |v| is convex and the steps' samples bound it.
 
     Attributes:
-        limit: v_max [m/s].
+        limit: (N,) v_max [m/s].
         names: of all robots. dt: planning step [s].
     """
 
-    limit: float
+    limit: Array
     names: tuple[str, ...]
     dt: float
     name: str = "speed"

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,35 +17,59 @@ CURVATURE = 0.9
 LINE_SEARCH_EVALUATIONS = 20
 
 
-@dataclass
 class Memory:
-    """The last few steps s and gradient differences y: what is known of the Hessian."""
+    """The last few steps s and gradient differences y: what is known of the Hessian.
 
-    size: int = 20
-    pairs: deque[tuple[Array, Array, float]] = field(default_factory=deque)
+    Kept as rows of two matrices with their products, so that a direction is a handful of matrix-vector products
+    (Byrd, Nocedal and Schnabel 1994, Eq. 3.1) instead of a loop over all of them.
+    """
+
+    def __init__(self, size: int = 20) -> None:
+        self.size = size
+        self.clear()
+
+    def __len__(self) -> int:
+        return len(self.S)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.S: Array = np.empty((0, 0))
+        self.Y: Array = np.empty((0, 0))
+        self.SY: Array = np.empty((0, 0))
+        self.YY: Array = np.empty((0, 0))
 
     def add(self, s: Array, y: Array) -> None:
         """Remember a step, if it shows positive curvature."""
-        sy = float(s @ y)
-        if sy > 1e-12 * float(y @ y):
-            self.pairs.append((s, y, 1.0 / sy))
-            if len(self.pairs) > self.size:
-                self.pairs.popleft()
+        if float(s @ y) <= 1e-12 * float(y @ y):
+            return
+        drop = len(self) - self.size + 1
+        if len(self) == 0:
+            self.S, self.Y = s[None], y[None]
+        else:
+            keep = slice(max(drop, 0), None)
+            self.S, self.Y = np.concatenate([self.S[keep], s[None]]), np.concatenate([self.Y[keep], y[None]])
+        self.SY = _bordered(self.SY, self.S @ y, self.Y @ s, drop)
+        self.YY = _bordered(self.YY, self.Y @ y, self.Y @ y, drop)
 
     def direction(self, gradient: Array) -> Array:
-        """−H g by the two-loop recursion."""
-        q = gradient.copy()
-        alphas = []
-        for s, y, rho in reversed(self.pairs):
-            alpha = rho * float(s @ q)
-            q -= alpha * y
-            alphas.append(alpha)
-        if self.pairs:
-            _, y, rho = self.pairs[-1]
-            q /= rho * float(y @ y)
-        for (s, y, rho), alpha in zip(self.pairs, reversed(alphas), strict=True):
-            q += (alpha - rho * float(y @ q)) * s
-        return -q
+        """−H g with H₀ = γ I, γ = s·y/y·y of the latest step."""
+        if len(self) == 0:
+            return -gradient
+        gamma = self.SY[-1, -1] / self.YY[-1, -1]
+        R = np.triu(self.SY)
+        a = np.linalg.solve(R, self.S @ gradient)
+        b = (np.diag(self.SY) * a) + gamma * (self.YY @ a - self.Y @ gradient)
+        step: Array = gamma * (a @ self.Y - gradient) - np.linalg.solve(R.T, b) @ self.S
+        return step
+
+
+def _bordered(square: Array, column: Array, row: Array, drop: int) -> Array:
+    """A matrix of products after a step came (its last row and column) and ``drop`` old ones went."""
+    keep = slice(max(drop, 0), None)
+    out = np.empty((len(column), len(column)))
+    out[:-1, :-1] = square[keep, keep]
+    out[:, -1], out[-1, :] = column, row
+    return out
 
 
 @dataclass(frozen=True)
@@ -78,14 +101,14 @@ def minimise(
             break
         direction = memory.direction(point.g)
         if float(direction @ point.g) >= 0.0:
-            memory.pairs.clear()
+            memory.clear()
             direction = -point.g
-        step = 1.0 if memory.pairs else min(1.0, 1.0 / float(np.linalg.norm(point.g)))
+        step = 1.0 if len(memory) else min(1.0, 1.0 / float(np.linalg.norm(point.g)))
         found = line_search(objective, point, direction, step)
         if found is None:
-            if not memory.pairs:
+            if len(memory) == 0:
                 break
-            memory.pairs.clear()  # the old Hessian misleads; steepest descent decides whether this is the end
+            memory.clear()  # the old Hessian misleads; steepest descent decides whether this is the end
             continue
         memory.add(found.z - point.z, found.g - point.g)
         point = found

@@ -4,7 +4,7 @@ For every robot and axis
 
     minimise    ∫ (p − q)² + μ² (p̈ − q̈)² dt
     subject to  |p̈| <= u_max in continuous time (control points of p̈, every piece cut in four),
-                p = q and ṗ = p̈ = p⃛ = 0 at both ends,
+                p = q, ṗ = q̇ and p̈ = p⃛ = 0 at both ends,
 
 over C³ splines of degree 7 whose knots lie where the plan's acceleration bends. q is the plan's motion between its
 samples too, so the deviation is time-synchronised and holds in between.
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
 from planner.plan import Plan
@@ -100,11 +101,11 @@ def _fit_robot(plan: Plan, mission: Mission, robot: int) -> PiecewisePolynomial:
 
 def _why_not(mission: Mission, robot: int, best: _Candidate | None) -> str:
     """One line about a plan that polynomials cannot follow."""
-    name = mission.robots[robot].name
+    name, limit = mission.robots[robot].name, fleet.accelerations(mission)[robot]
     if best is None:
         return f"robot {name}: the plan is too short for a polynomial"
     return (
-        f"robot {name}: {best.trajectory.pieces} pieces within |a| <= {mission.limits.acceleration:g} m/s² deviate "
+        f"robot {name}: {best.trajectory.pieces} pieces within |a| <= {limit:g} m/s² deviate "
         f"{best.deviation * 1e3:.1f} mm from the plan at t = {best.time:.2f} s and miss the acceleration limit by "
         f"{best.excess:.2g} m/s²; allowed are {mission.trajectory.tolerance * 1e3:g} mm and 0 "
         f"(a plan that bends less near its limits is easier to follow)"
@@ -135,7 +136,7 @@ def _piece_counts(plan: Plan, mission: Mission) -> Iterator[tuple[int, bool]]:
 
 def _fit_pieces(plan: Plan, mission: Mission, robot: int, knots: Array) -> _Candidate:
     """Fit one robot on given knots."""
-    limit = mission.limits.acceleration
+    limit = float(fleet.accelerations(mission)[robot])
     spline = SepticSpline(knots)
     unknowns = 4 * len(knots)
     axes = plan.q.shape[2]
@@ -145,6 +146,7 @@ def _fit_pieces(plan: Plan, mission: Mission, robot: int, knots: Array) -> _Cand
     inner = slice(4, unknowns - 4)
     x = np.zeros((unknowns, axes))
     x[0], x[-4] = plan.q[0, robot], plan.q[-1, robot]
+    x[1], x[-3] = plan.v[0, robot] * spline.scale, plan.v[-1, robot] * spline.scale
     y, a = plan_motion(plan, robot, t) - P @ x, plan_motion(plan, robot, t, 2) - D @ x
     b = A @ x
     P, D, A = P[:, inner], D[:, inner], A[:, inner]
@@ -155,7 +157,7 @@ def _fit_pieces(plan: Plan, mission: Mission, robot: int, knots: Array) -> _Cand
     coefficients = np.zeros((len(knots) - 1, 4, 8))
     coefficients[:, :axes] = spline.coefficients(x)
     if axes == 2:
-        coefficients[:, 2, 0] = mission.flight.altitude
+        coefficients[:, 2, 0] = fleet.altitudes(mission)[robot]
     trajectory = PiecewisePolynomial(spline.durations, coefficients)
     flown = decode(encode(trajectory, mission.trajectory))  # rounding counts: millimetres when compressed
     excess = max(0.0, float(np.abs(A @ x[inner] + b).max()) - limit)

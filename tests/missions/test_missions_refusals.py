@@ -66,8 +66,8 @@ STRUCTURE = [
     ("seed: 0 ", "seed: -1 ", r"solver\.seed: got -1; allowed: at least 0"),
     ("seed: 0 ", f"seed: {'9' * 5000} ", r"solver\.seed: got .*; allowed: a whole number"),
     ("controller: mellinger", "controller: melinger", r"allowed: pid, mellinger \(did you mean 'mellinger'\?\)"),
-    ("policy: probabilistic", "policy: never", r"connectivity\.policy: got 'never'; allowed: probabilistic, none"),
-    ("  policy: probabilistic\n", "", r"connectivity: missing key 'policy'; allowed: probabilistic, none"),
+    ("policy: probabilistic", "policy: never", r"connectivity\.policy: got 'never'; allowed: probabilistic, sim"),
+    ("  policy: probabilistic\n", "", r"connectivity: missing key 'policy'; allowed: probabilistic, simultaneous"),
     ("type: gaussians", "type: gaussian", r"information\.type: .*\(did you mean 'gaussians'\?\)"),
     (
         "{type: circle, center: [1.3, 1.5]",
@@ -130,7 +130,7 @@ MEANING = [
     (
         "start: [1.2, 0.3]",
         "start: [1.2, 1.4]",
-        r"robots\[1\]\.start: got \(1\.2, 1\.4\) inside obstacles\[0\], 0\.141 m",
+        r"robots\[1\]\.start: got \(1\.2, 1\.4\) inside obstacles\[0\], 0\.159 m deep",
     ),
     ("start: [1.2, 0.3]", "start: [1.2, 0.3, 0.3]", r"robots\[1\]\.start: got 3 numbers; allowed: 2"),
     (
@@ -225,7 +225,7 @@ def test_robots_that_start_too_far_apart_to_meet_are_told_so():
     text = changed("start: [2.6, 0.3]", "start: [39.0, 0.3]", text)
     error = refuse(text)
     assert "connectivity.threshold: got 0.25; cf1 and cf4 can reach at most" in error
-    assert "in the first sub-period of 10 s" in error
+    assert "in sub-period 1: they start 38.50 m apart and the sub-period ends at 10 s" in error
 
 
 def test_three_dimensions_need_three_numbers_and_a_floor():

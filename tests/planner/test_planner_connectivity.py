@@ -4,7 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.connectivity.pairs import all_pairs, sub_period_bounds
-from planner.connectivity.probability import connection_log_probability, connection_probability
+from planner.connectivity.probability import (
+    cheaper_through_moments,
+    connection_log_probability,
+    connection_probability,
+)
 from planner.connectivity.quadrature import every_step, thinned
 from tests.planner.problems import notebook
 
@@ -60,6 +64,39 @@ def test_the_logarithm_pulls_from_any_distance():
     pull = value.pull(np.ones((1, 1)))
     assert (pull[:, 0, 0] > 0.0).all()
     assert (pull[:, 1, 0] < 0.0).all()
+
+
+class TestMoments:
+    """Where it is cheaper, P comes through moments; nothing but the time may tell."""
+
+    def wander(self, side, robots=40):
+        steps = np.random.default_rng(2).standard_normal((120, robots, 2)).cumsum(axis=0)
+        return side * (steps - steps.min()) / np.ptp(steps)
+
+    @pytest.mark.parametrize("side", [0.8, 3.0, 12.0])
+    def test_they_agree_with_the_double_sum_near_and_far(self, side):
+        q, pairs, quadrature = self.wander(side), all_pairs(40), every_step(((0, 60), (60, 110)))
+        assert cheaper_through_moments(q[quadrature.nodes].transpose(2, 0, 1, 3) / 0.5, len(pairs))
+        fast = connection_log_probability(q, 0.5, pairs, quadrature)
+        exact = connection_log_probability(q, 0.5, pairs, quadrature, exact=True)
+        np.testing.assert_allclose(fast.log_P, exact.log_P, atol=1e-4)
+        weights = np.random.default_rng(3).standard_normal(exact.log_P.shape)
+        slope = exact.pull(weights)
+        np.testing.assert_allclose(fast.pull(weights), slope, atol=1e-4 * np.abs(slope).max())
+
+    def test_they_take_pairs_in_any_number_and_order(self):
+        q, quadrature = self.wander(3.0), every_step(((0, 120),))
+        everyone = all_pairs(40)
+        some = everyone[::2][::-1, ::-1]
+        fast = connection_log_probability(q, 0.5, everyone, quadrature).log_P
+        np.testing.assert_allclose(
+            connection_log_probability(q, 0.5, some, quadrature, exact=True).log_P, fast[::2][::-1], atol=1e-5
+        )
+
+    def test_few_pairs_and_three_axes_are_summed_directly(self):
+        w = np.zeros((2, 1, 40, 3))
+        assert not cheaper_through_moments(w, 1)
+        assert not cheaper_through_moments(w[..., :2], 1)
 
 
 @given(st.integers(1, 500), st.integers(1, 9))

@@ -3,9 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from missions.reach import reach
 from missions.schema import Limits, ProbabilisticConnectivity
 from planner.errors import UnreachableError
-from planner.feasibility import check_feasible, reach
+from planner.feasibility import check_feasible
 from planner.problem import build_problem
 from tests.planner.problems import box, imec, robots, scaling, small
 
@@ -19,7 +20,7 @@ def test_possible_missions_pass(mission):
     ("starts", "constraint", "where"),
     [
         (((0.5, 0.3), (0.6, 0.3)), "separation", "r0-r1"),
-        (((0.5, 0.3), (1.4, 1.6)), "obstacle clearance", "r1, obstacle at (1.3, 1.5)"),
+        (((0.5, 0.3), (1.4, 1.6)), "obstacle clearance", "r1, obstacles[0]"),
         (((0.5, 0.3), (3.1, 1.0)), "workspace", "r1"),
     ],
 )

@@ -5,17 +5,18 @@ import numpy as np
 import pytest
 
 from missions.schema import CircleObstacle, ProbabilisticConnectivity, SolverSettings
+from planner.coarser import coarser
 from planner.errors import NoFeasiblePlan
 from planner.indicators import indicators
 from planner.problem import Margins, build_problem
 from planner.solver.augmented_lagrangian import Schedule
+from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lbfgs import Memory, Point, line_search, minimise
 from planner.solver.result import SolveStatus
 from planner.solver.solve import solve
 from tests.planner.problems import box, imec, robots, small
 
-SETTINGS = SolverSettings(time_limit=120.0)
-QUICK = Schedule(starts=1)
+SETTINGS = SolverSettings(time_limit=120.0, starts=1)
 CONNECTED = ProbabilisticConnectivity(range=0.5, sub_periods=2, threshold=0.25)
 
 
@@ -93,7 +94,7 @@ class TestLBFGS:
 
 @pytest.fixture(scope="module")
 def outcome():
-    return solve(build_problem(small(CONNECTED)), SETTINGS, schedule=QUICK)
+    return solve(build_problem(small(CONNECTED)), SETTINGS)
 
 
 class TestSolve:
@@ -119,11 +120,11 @@ class TestSolve:
         np.testing.assert_allclose(plan.q[0], [[-0.6, -0.6], [0.6, -0.6]], atol=1e-15)
 
     def test_the_same_seed_gives_the_same_plan(self, outcome):
-        again = solve(build_problem(small(CONNECTED)), SETTINGS, schedule=QUICK)
+        again = solve(build_problem(small(CONNECTED)), SETTINGS)
         np.testing.assert_array_equal(again.plan.q, outcome.plan.q)
 
     def test_another_seed_gives_another_plan(self, outcome):
-        other = solve(build_problem(small(CONNECTED)), dataclasses.replace(SETTINGS, seed=1), schedule=QUICK)
+        other = solve(build_problem(small(CONNECTED)), dataclasses.replace(SETTINGS, seed=1))
         assert other.plan.seed == 1
         assert np.abs(other.plan.q - outcome.plan.q).max() > 0.01
 
@@ -135,9 +136,24 @@ class TestSolve:
         assert np.abs(warm.plan.q - outcome.plan.q).max() < 0.5
         assert indicators(small(CONNECTED), warm.plan.t, warm.plan.q).smallest_separation >= 0.329
 
+    def test_two_processes_find_what_one_finds_or_better(self, outcome):
+        told = []
+        settings = dataclasses.replace(SETTINGS, processes=2)
+        both = solve(build_problem(small(CONNECTED)), settings, progress=told.append)
+        assert both.plan.ergodicity <= outcome.plan.ergodicity
+        assert both.plan.evaluations > outcome.plan.evaluations
+        assert told
+        if both.plan.ergodicity == outcome.plan.ergodicity:
+            np.testing.assert_array_equal(both.plan.q, outcome.plan.q)
+
+    def test_processes_stop_when_told(self):
+        settings = dataclasses.replace(SETTINGS, processes=2)
+        done = solve(build_problem(small(CONNECTED)), settings, should_stop=lambda: True)
+        assert done.status in {SolveStatus.INTERRUPTED, SolveStatus.FEASIBLE_AT_INTERRUPTION}
+
     def test_three_dimensions(self):
         mission = box()
-        plan = solve(build_problem(mission), SETTINGS, schedule=QUICK).plan
+        plan = solve(build_problem(mission), SETTINGS).plan
         found = indicators(mission, plan.t, plan.q)
         assert found.all_met
         assert found.ergodicity < 0.05
@@ -147,7 +163,7 @@ class TestSolve:
 
     def test_progress_is_told(self):
         told = []
-        done = solve(build_problem(small()), SETTINGS, progress=told.append, schedule=QUICK)
+        done = solve(build_problem(small()), SETTINGS, progress=told.append)
         assert tuple(told) == done.history
         assert [entry.evaluations for entry in told] == sorted(entry.evaluations for entry in told)
         assert abs(told[-1].E / done.plan.ergodicity - 1.0) < 0.1
@@ -159,7 +175,7 @@ class TestNoPlan:
         mission = small(
             ProbabilisticConnectivity(range=0.3, sub_periods=1, threshold=0.9), robots=robots((-0.6, -0.6), (0.0, -0.6))
         )
-        schedule = dataclasses.replace(QUICK, rounds=25)
+        schedule = Schedule(rounds=100)
         done = solve(build_problem(mission), SETTINGS, schedule=schedule)
         assert done.plan is None
         assert done.status is SolveStatus.INFEASIBLE
@@ -186,7 +202,7 @@ class TestNoPlan:
             SETTINGS,
             progress=lambda entry: feasible.append(entry) if entry.violation_m <= 1e-3 else None,
             should_stop=stop,
-            schedule=dataclasses.replace(QUICK, settled=0.0),
+            schedule=Schedule(settled=0.0),
         )
         assert done.status is SolveStatus.FEASIBLE_AT_INTERRUPTION
         assert done.plan.ergodicity == feasible[0].E
@@ -198,15 +214,40 @@ class TestNoPlan:
             obstacles=(CircleObstacle((0.0, 0.0), 0.2),),
             limits=dataclasses.replace(small().limits, separation=0.28),  # nobody can be within range
         )
-        done = solve(build_problem(mission), SETTINGS, schedule=dataclasses.replace(QUICK, rounds=40))
+        done = solve(build_problem(mission), SETTINGS, schedule=Schedule(rounds=160))
         assert done.status.feasible
         assert not indicators(mission, done.plan.t, done.plan.q).all_met
+
+
+class TestCoarseGrid:
+    def test_controls_made_of_cosines_are_refined_exactly(self):
+        def u(steps):
+            t = (np.arange(steps) + 0.5) / steps
+            return np.stack([np.cos(np.pi * k * t) for k in (0, 3, 17)], axis=-1)[:, None]
+
+        np.testing.assert_allclose(refined_controls(u(20), 40), u(40), atol=1e-12)
+
+    def test_multipliers_keep_their_sum_over_time(self):
+        coarse = np.sin(np.linspace(0.0, 3.0, 51)) * np.array([[1.0], [2.0], [0.0]])
+        fine = refined_multipliers(coarse, (3, 101))
+        np.testing.assert_allclose(fine.sum(axis=1), coarse.sum(axis=1), rtol=0.05)
+        np.testing.assert_allclose(fine[:, ::2] * 101 / 51, coarse)
+        np.testing.assert_array_equal(refined_multipliers(coarse, (3, 51)), coarse)
+        assert not refined_multipliers(coarse, (3, 51, 2)).any()
+
+    def test_it_is_the_same_mission_with_steps_twice_as_long(self):
+        half = coarser(imec())
+        assert (half.horizon.dt, half.steps, half.horizon.duration) == (0.2, 150, 30.0)
+        assert coarser(half) is None  # too few steps
+        assert coarser(imec(limits=dataclasses.replace(imec().limits, speed=3.0))) is None  # jumps over the map
+        odd = ProbabilisticConnectivity(range=0.5, sub_periods=4, threshold=0.25)  # 75 steps each
+        assert coarser(imec(connectivity=odd)) is None
 
 
 @pytest.mark.slow
 def test_the_authors_problem_is_solved_better_than_by_the_authors():
     mission = imec()
-    done = solve(build_problem(mission), SETTINGS)
+    done = solve(build_problem(mission), SolverSettings(time_limit=120.0))
     found = indicators(mission, done.plan.t, done.plan.q)
     assert done.status is SolveStatus.CONVERGED
     assert found.ergodicity <= 6e-4  # the authors' code: 1.987e-3, with limits missed by millimetres

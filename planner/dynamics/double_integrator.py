@@ -1,81 +1,38 @@
-"""Dynamics of the robots: controls in, motion out, and the transpose of that map.
-
-All robots roll out at once. Axis order is time, robot, axis everywhere.
-"""
+"""Point masses whose acceleration is the control."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from missions.arrays import Array, frozen
-
-
-class Motion(NamedTuple):
-    """What the robots do.
-
-    Attributes:
-        q: (T+1, N, ν) positions at the steps [m].
-        v: (T+1, N, ν) velocities at the steps [m/s].
-        u: (T, N, ν) controls, constant over a step; accelerations [m/s²] for the double integrator.
-        q_fine: (mT+1, N, ν) positions at the steps and at m−1 equally spaced instants between them [m].
-    """
-
-    q: Array
-    v: Array
-    u: Array
-    q_fine: Array
-
-
-class Cotangent(NamedTuple):
-    """Gradient of a scalar with respect to a motion; terms add to it in place. Shapes as in :class:`Motion`."""
-
-    q: Array
-    v: Array
-    u: Array
-    q_fine: Array
-
-    @classmethod
-    def zeros_like(cls, motion: Motion) -> Cotangent:
-        """The cotangent of a constant."""
-        return cls(*(np.zeros_like(part) for part in motion))
-
-
-class Dynamics(Protocol):
-    """A model of motion."""
-
-    @property
-    def controls_shape(self) -> tuple[int, int, int]:
-        """(T, N, control axes)."""
-
-    def rollout(self, u: Array) -> Motion:
-        """Motion under controls u."""
-
-    def pull(self, motion: Motion, cotangent: Cotangent) -> Array:
-        """Transpose of the rollout's derivative at ``motion``: gradient with respect to u."""
+from planner.dynamics.base import Cotangent, Linearisation, Motion, StateGradient
 
 
 @dataclass(frozen=True)
 class DoubleIntegrator:
     """Point masses with bounded acceleration, exact for controls that are constant over a step.
 
-    v' = v + u dt, q' = q + v dt + ½ u dt²; robots start at rest.
+    v' = v + u dt, q' = q + v dt + ½ u dt².
 
     Attributes:
         start: (N, ν) positions at t = 0 [m].
         steps: T. dt: step [s].
         substeps: m, positions a step that :attr:`Motion.q_fine` holds.
+        velocity: (N, ν) velocities at t = 0 [m/s]; None: at rest.
     """
 
     start: Array
     steps: int
     dt: float
     substeps: int = 2
+    velocity: Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", frozen(self.start))
+        if self.velocity is not None:
+            object.__setattr__(self, "velocity", frozen(self.velocity))
 
     @property
     def controls_shape(self) -> tuple[int, int, int]:
@@ -83,11 +40,24 @@ class DoubleIntegrator:
         robots, nu = self.start.shape
         return self.steps, robots, nu
 
+    @property
+    def rests(self) -> bool:
+        """From rest to rest."""
+        return True
+
+    @property
+    def control_scale(self) -> tuple[Array, Array]:
+        """About zero, in SI units."""
+        nu = self.start.shape[1]
+        return np.zeros(nu), np.ones(nu)
+
     def rollout(self, u: Array) -> Motion:
         """Motion under accelerations u (T, N, ν) [m/s²]."""
         T, dt, m = self.steps, self.dt, self.substeps
         v = np.zeros((T + 1, *u.shape[1:]))
         np.cumsum(u * dt, axis=0, out=v[1:])
+        if self.velocity is not None:
+            v += self.velocity
         q = np.empty_like(v)
         q[0] = self.start
         np.cumsum(v[:-1] * dt + u * (0.5 * dt**2), axis=0, out=q[1:])
@@ -117,3 +87,16 @@ class DoubleIntegrator:
         to_u += after_q * (0.5 * dt**2)
         to_u += np.cumsum(to_v[:0:-1], axis=0)[::-1] * dt
         return to_u
+
+    def linearise(self, motion: Motion) -> Linearisation:
+        """State (q, v): A = [[0, 1], [0, 0]], B = [0, 1]: the model is linear."""
+        del motion  # Unused.
+        one = np.eye(self.start.shape[1])
+        A = np.kron(np.array([[0.0, 1.0], [0.0, 0.0]]), one)
+        B = np.kron(np.array([[0.0], [1.0]]), one)
+        return Linearisation(A[None, None], B[None, None])
+
+    def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
+        """By (q, v) and u."""
+        del motion  # Unused.
+        return StateGradient(np.concatenate([cotangent.q[:-1], cotangent.v[:-1]], axis=-1), cotangent.u)

@@ -1,0 +1,50 @@
+"""How checks are made and gathered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+from planner.certificate.record import Check
+
+DISTANCE_TOLERANCE = 1e-3  # [m]
+
+
+def check(
+    name: str,
+    value: float,
+    limit: float,
+    unit: str,
+    relation: Literal["<=", ">="],
+    where: str = "",
+    time: float | None = None,
+    tolerance: float = 0.0,
+) -> Check:
+    """A check that passes if value stands to limit as it should, up to the tolerance."""
+    passed = value <= limit + tolerance if relation == "<=" else value >= limit - tolerance
+    return Check(name, float(value), float(limit), unit, relation, bool(passed), where, time, tolerance)
+
+
+def room(name: str, value: float, where: str, time: float | None = None, limit: float = 0.0) -> Check:
+    """A check that a distance [m] is at least a limit, up to a millimetre."""
+    return check(name, value, limit, "m", ">=", where, time, DISTANCE_TOLERANCE)
+
+
+def worst(checks: Iterable[Check]) -> list[Check]:
+    """The worst check of each name, in the order of first appearance."""
+    found: dict[str, Check] = {}
+    for item in checks:
+        held = found.get(item.name)
+        if held is None or badness(item) > badness(held):
+            found[item.name] = item
+    return list(found.values())
+
+
+def badness(item: Check) -> float:
+    """How far a value is on the wrong side of its limit, in the check's unit."""
+    return item.value - item.limit if item.relation == "<=" else item.limit - item.value
+
+
+def value_of(checks: Iterable[Check], name: str) -> float:
+    """Value of a check; inf if it was not made."""
+    return next((item.value for item in checks if item.name == name), float("inf"))

@@ -1,0 +1,182 @@
+"""The constraints of a mission's geometry and limits, tightened by margins.
+
+Margins never exceed the room at a start or at an end that is given: robots stand still there, and what is given can be
+no closer than it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missions import fleet
+from missions.arrays import Array
+from missions.obstacles import CircleObstacle, KeepOutZone
+from missions.schema import Mission
+from missions.shapes import Solid, half_planes, heights, outline, solid
+from planner.connectivity.pairs import all_pairs
+from planner.constraints.acceleration import ControlBound
+from planner.constraints.base import Constraint
+from planner.constraints.obstacles import Obstacles
+from planner.constraints.separation import Separation
+from planner.constraints.solids import Outside
+from planner.constraints.speed import Speed
+from planner.constraints.workspace import Inside
+from planner.constraints.zones import InsideZone
+from planner.margins import Margins
+
+
+def clearances(mission: Mission, margins: Margins, dt_fine: float) -> tuple[Constraint, ...]:
+    """Distances to keep, at the steps and between them: robots, obstacles, zones, and what is below at the end.
+
+    Args:
+        mission: what is asked for.
+        margins: how much more is planned.
+        dt_fine: time between fine samples [s].
+    """
+    return (
+        *_separation(mission, margins, dt_fine),
+        *_circles(mission, margins, dt_fine),
+        *_solids(mission, margins, dt_fine),
+        *_zones(mission, margins, dt_fine),
+        *_landing(mission, margins, dt_fine),
+    )
+
+
+def envelope(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
+    """Workspace, speed and acceleration of every robot."""
+    dt, names = mission.horizon.dt, _names(mission)
+    given = _given(mission)
+    lower = np.minimum(np.array(mission.workspace.lower) + margins.workspace, np.nanmin(given, axis=0))
+    upper = np.maximum(np.array(mission.workspace.upper) - margins.workspace, np.nanmax(given, axis=0))
+    accelerations = fleet.accelerations(mission)
+    return (
+        Inside(lower, upper, names, dt),
+        Speed(fleet.speeds(mission) * (1.0 - margins.speed), names, dt),
+        ControlBound(
+            accelerations * (1.0 - margins.acceleration), names, dt, tolerance=0.01 * float(accelerations.min())
+        ),
+    )
+
+
+# --------------------------------------------------------------------------------------------- between robots
+
+
+def _separation(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+    pairs, a = all_pairs(len(mission.robots)), mission.limits.separation
+    if len(pairs) == 0 or a <= 0.0:
+        return
+    b = mission.limits.vertical_separation or a
+    if mission.dimension == 3:
+        scale: Array | None = np.array([1.0, 1.0, a / b])
+        least = np.full(len(pairs), a)
+        extra = margins.separation * max(1.0, a / b)
+    else:
+        # In layers the vertical distance of a pair is given: what is left is a circle, or nothing.
+        z = fleet.altitudes(mission)
+        high: Array = (z[pairs[:, 0]] - z[pairs[:, 1]]) / b
+        apart = np.asarray(np.abs(high) < 1.0)
+        pairs, scale, extra = pairs[apart], None, margins.separation
+        least = a * np.sqrt(1.0 - high[apart] ** 2)
+    if len(pairs):
+        distance = np.minimum(least + extra, _room(mission, pairs, scale))
+        yield Separation(pairs, distance, _names(mission), dt_fine, scale)
+
+
+def _landing(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+    """Straight down from the end: nobody and nothing below. In one plane the other constraints say that already."""
+    names = _names(mission)
+    pairs, a = all_pairs(len(names)), mission.limits.separation
+    if fleet.at_different_heights(mission) and len(pairs) and a > 0.0:
+        scale = np.ones(mission.dimension)
+        scale[2:] = 0.0
+        free = np.asarray(np.isnan(fleet.ends(mission)).any(axis=1))
+        pairs = pairs[free[pairs].any(axis=1)]  # two ends that are given are what they are
+        distance = np.full(len(pairs), a + margins.separation)
+        if len(pairs):
+            yield Separation(pairs, distance, names, dt_fine, scale, landing=True, name="landing separation")
+    for number, obstacle in enumerate(mission.obstacles):
+        base, top = heights(obstacle)
+        over = np.flatnonzero(_may_be_above(mission, top))
+        if len(over) and base < top < np.inf:
+            keep = np.minimum(margins.obstacle, _room_beside(mission, solid(obstacle).column(), at_starts=False)[over])
+            label = f"obstacles[{number}]"
+            yield Outside(
+                solid(obstacle).column(), over, keep, label, names, dt_fine, landing=True, name="landing obstacles"
+            )
+
+
+def _room(mission: Mission, pairs: NDArray[np.intp], scale: Array | None) -> Array:
+    """(P,) distance of each pair at starts and given ends [m], as the constraint measures it."""
+    given = _given(mission) * (1.0 if scale is None else scale)
+    apart = np.linalg.norm(given[:, pairs[:, 0]] - given[:, pairs[:, 1]], axis=-1)  # (2, P)
+    return np.asarray(np.nanmin(apart, axis=0))
+
+
+# --------------------------------------------------------------------------------------------- obstacles and zones
+
+
+def _circles(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+    circles = [obstacle for obstacle in mission.obstacles if isinstance(obstacle, CircleObstacle)]
+    if not circles:
+        return
+    center = np.array([circle.center for circle in circles], dtype=np.float64)
+    radius = np.array([circle.radius for circle in circles]) + margins.obstacle
+    apart = np.linalg.norm(_given(mission)[..., None, :2] - center, axis=-1)  # (2, N, O)
+    yield Obstacles(center, np.minimum(radius, np.nanmin(apart, axis=0)), _names(mission), dt_fine)
+
+
+def _solids(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+    """One constraint an obstacle that is no circle; in a 2-D search for those who fly between its base and top."""
+    for number, obstacle in enumerate(mission.obstacles):
+        if isinstance(obstacle, CircleObstacle):
+            continue
+        body, robots = solid(obstacle), np.arange(len(mission.robots))
+        if mission.dimension == 2:
+            z = fleet.altitudes(mission)
+            robots, body = np.flatnonzero((body.low < z) & (z < body.high)), body.column()
+        if len(robots):
+            keep = np.minimum(margins.obstacle, _room_beside(mission, body)[robots])
+            yield Outside(body, robots, keep, f"obstacles[{number}]", _names(mission), dt_fine)
+
+
+def _zones(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+    names = _names(mission)
+    for number, zone in enumerate(mission.zones):
+        robots = np.array([i for i, name in enumerate(names) if not zone.robots or name in zone.robots], dtype=np.intp)
+        label = f"zones[{number}]"
+        if isinstance(zone, KeepOutZone):
+            body = Solid(outline(zone))
+            keep = np.minimum(margins.obstacle, _room_beside(mission, body)[robots])
+            yield Outside(body, robots, keep, label, names, dt_fine, name="keep-out zone")
+        else:
+            normals, offsets = half_planes(outline(zone))
+            at_given = np.nanmax(_given(mission)[:, robots, :2] @ normals.T, axis=0)  # (R, E)
+            room = np.maximum(offsets - margins.workspace, at_given)
+            yield InsideZone(normals, room, robots, label, names, dt_fine)
+
+
+def _room_beside(mission: Mission, body: Solid, *, at_starts: bool = True) -> Array:
+    """(N,) distance of starts and given ends to a solid [m]; inf where neither counts."""
+    given = fleet.in_space(mission, _given(mission))
+    distance = body.distance(np.moveaxis(np.nan_to_num(given), -1, 0)).value
+    distance = np.where(np.isnan(given[..., 0]), np.inf, distance)
+    return np.asarray((distance if at_starts else distance[1:]).min(axis=0))
+
+
+def _may_be_above(mission: Mission, top: float) -> Array:
+    """(N,) whether robots may fly above a height [m]."""
+    if mission.dimension == 3:
+        return np.full(len(mission.robots), mission.workspace.upper[2] > top)
+    return np.asarray(fleet.altitudes(mission) >= top)
+
+
+def _given(mission: Mission) -> Array:
+    """(2, N, ν) starts and ends [m]; NaN for ends that are free."""
+    return np.stack([fleet.starts(mission), fleet.ends(mission)])
+
+
+def _names(mission: Mission) -> tuple[str, ...]:
+    return tuple(robot.name for robot in mission.robots)

@@ -1,0 +1,270 @@
+"""One search: its clock, its best motion, its history.
+
+Random starts race on a coarse time grid, the better half goes on after every heat, and the winner is refined on the
+problem's own grid.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from missions.schema import SolverSettings
+from planner.constraints.base import Constraint
+from planner.dynamics import Motion
+from planner.plan import Plan
+from planner.problem import Problem
+from planner.solver import augmented_lagrangian as al
+from planner.solver.coarse import refined_controls, refined_multipliers
+from planner.solver.lagrangian import Lagrangian
+from planner.solver.lbfgs import Memory
+from planner.solver.result import Progress, SolveOutcome, SolveStatus, Violation
+from planner.solver.scaling import scaled_modes
+
+START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
+MANY, FEW = 64, 8  # starts by default, with a coarse grid to race on and without
+BATCH = 8  # starts that race before the next ones are tried
+EASY = 1e-4  # E of a batch's winner that makes more starts pointless
+RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
+
+
+Runner = tuple[al.State, Memory]
+
+
+@dataclass
+class Best:
+    """The best motion so far: met limits first, then met preferences, then low E."""
+
+    key: tuple[float, float, float]
+    state: al.State
+
+
+@dataclass
+class Search:
+    """Searches one problem.
+
+    Attributes:
+        problem: what to solve. settings: seed, time limit. schedule: pace.
+        progress: called after every round. should_stop: asked before every iteration.
+        stream: which of the seed's streams of random numbers to draw starts from.
+        best: so far. history: one entry a round. interrupted: whether ``should_stop`` said so.
+    """
+
+    problem: Problem
+    settings: SolverSettings
+    schedule: al.Schedule
+    progress: Callable[[Progress], None] | None = None
+    should_stop: Callable[[], bool] | None = None
+    stream: int = 0
+    best: Best | None = None
+    history: list[Progress] = field(default_factory=list)
+    interrupted: bool = False
+
+    def __post_init__(self) -> None:
+        self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
+        self.lagrangian = self.formulate(self.problem)
+        self.spent = 0  # evaluations on the coarse grid
+
+    @staticmethod
+    def formulate(problem: Problem) -> Lagrangian:
+        """A problem with preferences in force."""
+        return Lagrangian(problem, scaled_modes(problem), (*problem.constraints, *problem.preferences))
+
+    def warm(self, initial: Plan) -> Runner:
+        """State of a plan given."""
+        z = self.lagrangian.modes.variables(initial.u).ravel()
+        return al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory)
+
+    def cold(self) -> Runner:
+        """State of the winner of a race, on the problem's own grid."""
+        if self.problem.coarse is None:
+            return self.race()
+        self.lagrangian = coarse = self.formulate(self.problem.coarse)
+        state, memory = self.race()
+        while self.keep_going() and not self.ripe(state):
+            state = al.step(coarse, state, self.schedule, memory, self.keep_going)
+            self.tell(state, f"coarse round {state.round}")
+        self.spent = coarse.evaluations
+        self.lagrangian = self.formulate(self.problem)
+        return self.refined(state, coarse), Memory(self.schedule.memory)
+
+    def ripe(self, state: al.State) -> bool:
+        """Whether the coarse grid has said what it can."""
+        near = max(state.violation, state.preference) <= RIPE * al.METRE_TOLERANCE
+        return near or al.terminate(state, self.schedule)
+
+    def refined(self, state: al.State, coarse: Lagrangian) -> al.State:
+        """The state of a coarse search on the problem's own grid."""
+        u = refined_controls(state.motion.u, self.problem.steps)
+        fresh = al.init(self.lagrangian, self.lagrangian.modes.variables(u).ravel(), self.schedule)
+        multipliers = tuple(
+            refined_multipliers(lam, zero.shape) for lam, zero in zip(state.multipliers, fresh.multipliers, strict=True)
+        )
+        return replace(fresh, multipliers=multipliers, mu=state.mu, round=state.round)
+
+    def race(self) -> Runner:
+        """The best of random starts, which come in batches: the winners of the batches run for the last place.
+
+        Batches end early when the information is so easy to follow that one start is as good as another.
+        """
+        rng = np.random.default_rng([self.settings.seed, self.stream])
+        left = self.settings.starts or (MANY if self.problem.coarse is not None else FEW)
+        winners: list[Runner] = []
+        while left > 0 and (not winners or self.keep_going()):
+            batch = [self.start(rng) for _ in range(min(left, BATCH))]
+            left -= len(batch)
+            winners.append(self.knockout(batch, self.schedule.heat))
+            if winners[-1][0].E <= EASY:
+                break
+        return self.knockout(winners, 2 * self.schedule.heat)
+
+    def start(self, rng: np.random.Generator) -> Runner:
+        """A random first guess."""
+        modes, (_, robots, nu) = self.lagrangian.modes, self.lagrangian.problem.dynamics.controls_shape
+        z = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
+        return al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory)
+
+    def knockout(self, runners: list[Runner], heat: int) -> Runner:
+        """The best of some: after every heat of as many rounds, then twice as many, the best quarter goes on."""
+        while len(runners) > 1 and self.keep_going():
+            runners = [self.heat(*runner, heat, len(runners)) for runner in runners]
+            runners.sort(key=lambda runner: al.merit(self.lagrangian, runner[0]))
+            runners = runners[: max(1, len(runners) // 4)]
+            heat *= 2
+        return runners[0]
+
+    def heat(self, state: al.State, memory: Memory, rounds: int, field: int) -> Runner:
+        """A few rounds of one of ``field`` runners."""
+        for _ in range(rounds):
+            if not self.keep_going():
+                break
+            state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
+            self.record(state, f"best of {field} starts")
+        return state, memory
+
+    def rounds(self, state: al.State, memory: Memory) -> al.State:
+        """Rounds until done, interrupted or out of time."""
+        while self.keep_going() and not al.terminate(state, self.schedule):
+            state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
+            self.record(state, f"round {state.round}")
+        return state
+
+    def without_preferences(self, guess: al.State) -> Runner:
+        """Once more from ``guess``, asking only for what is required: preferences may be what stands in the way."""
+        self.lagrangian.constraints = self.problem.constraints
+        return al.init(self.lagrangian, guess.z, self.schedule), Memory(self.schedule.memory)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the best motion so far meets every limit."""
+        return self.best is not None and self.best.state.violation <= al.METRE_TOLERANCE
+
+    def keep_going(self) -> bool:
+        """Whether there is time left and nobody interrupted."""
+        if self.should_stop is not None and self.should_stop():
+            self.interrupted = True
+        return not self.interrupted and not self.out_of_time
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the time limit (wall time: it is a person who waits) has passed."""
+        return time.monotonic() - self.wall_start > self.settings.time_limit
+
+    def record(self, state: al.State, phase: str) -> None:
+        """Keep the best on the problem's own grid, tell the world."""
+        key = (
+            max(state.violation, al.METRE_TOLERANCE),
+            max(state.preference, al.METRE_TOLERANCE),
+            state.E,
+        )
+        if self.lagrangian.problem is self.problem and (self.best is None or key < self.best.key):
+            self.best = Best(key, state)
+        self.tell(state, phase)
+
+    def tell(self, state: al.State, phase: str) -> None:
+        """One entry of history and progress."""
+        entry = Progress(
+            E=state.E,
+            violation_m=max(state.violation, 0.0),
+            seconds=time.process_time() - self.cpu_start,
+            evaluations=self.evaluations,
+            phase=phase,
+        )
+        self.history.append(entry)
+        if self.progress is not None:
+            self.progress(entry)
+
+    @property
+    def evaluations(self) -> int:
+        """Of objective, constraints and gradient, on both grids."""
+        return self.spent + self.lagrangian.evaluations
+
+    def finish(self, last: al.State) -> SolveOutcome:
+        """Outcome of the best motion seen."""
+        best = self.best.state if self.best is not None else last
+        feasible = best.violation <= al.METRE_TOLERANCE
+        status = self._status(feasible, al.settled(last, self.schedule))
+        if feasible:
+            return SolveOutcome(self._plan(best), status, (), tuple(self.history))
+        missed = _violations(self.problem.constraints, best.motion)
+        return SolveOutcome(None, status, missed, tuple(self.history))
+
+    def _status(self, feasible: bool, settled: bool) -> SolveStatus:
+        if self.interrupted:
+            return SolveStatus.FEASIBLE_AT_INTERRUPTION if feasible else SolveStatus.INTERRUPTED
+        if self.out_of_time:
+            return SolveStatus.FEASIBLE_AT_TIME_LIMIT if feasible else SolveStatus.TIME_LIMIT
+        if not feasible:
+            return SolveStatus.INFEASIBLE
+        return SolveStatus.CONVERGED if settled else SolveStatus.FEASIBLE_AT_EFFORT_LIMIT
+
+    def _plan(self, state: al.State) -> Plan:
+        motion, problem = state.motion, self.problem
+        v = motion.v.copy()
+        if problem.dynamics.rests:
+            v[-1] = 0.0  # by construction, up to rounding
+        return Plan(
+            t=np.arange(problem.steps + 1, dtype=np.float64) * problem.dt,
+            q=motion.q,
+            v=v,
+            u=motion.u,
+            ergodicity=state.E,
+            violation=max(state.violation, 0.0),
+            seed=self.settings.seed,
+            evaluations=self.evaluations,
+            seconds=time.process_time() - self.cpu_start,
+        )
+
+
+def _violations(constraints: tuple[Constraint, ...], motion: Motion) -> tuple[Violation, ...]:
+    """The worst miss of each constraint that is missed, largest (in tolerances) first."""
+    missed = []
+    for constraint in constraints:
+        amounts = constraint.violation(motion)
+        index = np.unravel_index(int(np.argmax(amounts)), amounts.shape)
+        amount = float(amounts[index])
+        if amount > constraint.tolerance:
+            place = constraint.place(tuple(int(i) for i in index))
+            violation = Violation(constraint.name, place.where, amount, constraint.unit, place.time)
+            missed.append((amount / constraint.tolerance, violation))
+    return tuple(violation for _, violation in sorted(missed, key=lambda item: -item[0]))
+
+
+def search_cold(search: Search) -> SolveOutcome:
+    """A search from random starts, to its end."""
+    return _to_the_end(search, *search.cold())
+
+
+def search_warm(search: Search, initial: Plan) -> SolveOutcome:
+    """A search from a plan given, to its end."""
+    return _to_the_end(search, *search.warm(initial))
+
+
+def _to_the_end(search: Search, guess: al.State, memory: Memory) -> SolveOutcome:
+    last = search.rounds(guess, memory)
+    if search.problem.preferences and not search.feasible and search.keep_going():
+        last = search.rounds(*search.without_preferences(guess))
+    return search.finish(last)
