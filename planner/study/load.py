@@ -8,7 +8,7 @@ from typing import Any
 
 from planner.study.record import Claim, Study, StudyError, Value
 
-KEYS = ("name", "title", "paper", "mission", "changes", "sweep", "seeds", "stage", "claims")
+KEYS = ("name", "title", "paper", "mission", "changes", "sweep", "seeds", "stage", "claims", "note")
 
 
 def load_study(path: str | Path) -> Study:
@@ -55,6 +55,7 @@ def load_study(path: str | Path) -> Study:
         seeds=tuple(seeds),
         stage=stage,
         claims=tuple(_claim(item, f"{path}: claims") for item in tree.get("claims", [])),
+        note=str(tree.get("note", "")),
     )
     study.runs()  # a path that leads nowhere is found now
     return study

@@ -51,6 +51,8 @@ def read_table(path: Path) -> list[Row]:
 def section(study: Study, rows: Sequence[Row]) -> str:
     """One study: the paper's statement, our table, the claims."""
     lines = [f"## {study.title}", "", f"Paper: {study.paper}", ""]
+    if study.note:
+        lines += [study.note, ""]
     if not rows:
         return "\n".join([*lines, "Not run yet.", ""])
     axes = [axis for axis in study.sweep if len(study.sweep[axis]) > 1]

@@ -57,7 +57,7 @@ class Study:
     """A sweep.
 
     Attributes:
-        name: used for the CSV's name. title: one line. paper: what the paper reports.
+        name: used for the CSV's name. title: one line. paper: what the paper reports. note: what else was measured.
         base: the base mission's tree. folder: where files it names are, as text.
         changes: field path → value, for every run.
         sweep: axis → its points: a label and the changes it stands for.
@@ -76,6 +76,7 @@ class Study:
     seeds: tuple[int, ...]
     stage: Literal["plan", "certify"]
     claims: tuple[Claim, ...] = ()
+    note: str = ""
 
     def runs(self) -> tuple[Run, ...]:
         """Every point of the grid with every seed, in order.

@@ -13,12 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from missions.connectivity import ProbabilisticConnectivity
-from missions.schema import Horizon, Limits, Mission, NoConnectivity, SolverSettings, Workspace
+from missions.schema import (
+    Gaussian,
+    GaussianMixtureMap,
+    Horizon,
+    Limits,
+    Mission,
+    NoConnectivity,
+    SolverSettings,
+    Workspace,
+)
 from planner.indicators import indicators
 from planner.problem import build_problem
 from planner.solver.search import Search
 from planner.solver.solve import solve
-from tests.planner.problems import imec, robots, scaling
+from tests.planner.problems import NOTEBOOK_MEANS, imec, robots, scaling
 
 COLD = "from missions.loader import load_mission; from planner.pipeline import make_flight_plan; {}"
 
@@ -71,6 +80,7 @@ def fleet(count: int) -> Mission:
     A ring's pairs are a connected graph; neighbours in the ring start as neighbours on a grid walked in a snake.
     """
     side = 20.0 * (count / 50.0) ** 0.5
+    means = [(x * side / 3.0, y * side / 2.5) for x, y in NOTEBOOK_MEANS]
     columns = int(np.ceil(count**0.5))
     pitch = side / (columns + 1)
     cells = [
@@ -79,6 +89,7 @@ def fleet(count: int) -> Mission:
     return scaling(
         count,
         workspace=Workspace((0.0, 0.0), (side, side)),
+        information=GaussianMixtureMap(tuple(Gaussian(mean, 0.01 * side**2, 0.25) for mean in means)),
         horizon=Horizon(100.0, 1.0),
         robots=robots(*((pitch * (1 + x), pitch * (1 + y)) for x, y in cells[:count])),
         limits=Limits(0.5, 10.0, 0.3),
