@@ -48,9 +48,8 @@ def meetings(
     if reach is None:
         return ()
     names = [robot.name for robot in mission.robots]
-    nu = mission.dimension
     t = np.arange(0.0, mission.horizon.duration + 1e-9, 1.0 / _RATE)
-    planned = np.stack([references[name].evaluate(t)[:, :nu] for name in names], axis=1)
+    planned = np.stack([references[name].evaluate(t)[:, :3] for name in names], axis=1)
     certified_pairs = {pair.robots: pair for pair in certified_indicators.pairs}
     flown_pairs = {pair.robots: pair for pair in flown_indicators.pairs} if flown_indicators else {}
     out = []
@@ -61,7 +60,7 @@ def meetings(
             PairMeetings(
                 robots=robots,
                 certified=_within(t, planned[:, i], planned[:, j], reach),
-                flown=_within(flown[0], flown[1][:, i, :nu], flown[1][:, j, :nu], reach) if flown else (),
+                flown=_within(flown[0], flown[1][:, i], flown[1][:, j], reach) if flown else (),
                 probability_certified=by_plan.probability if by_plan else (),
                 probability_flown=in_flight.probability if in_flight else (),
                 met=in_flight.met if in_flight else (),

@@ -10,7 +10,9 @@ import numpy as np
 
 from deploy.analysis.align import Motion
 from missions.arrays import Array, frozen
+from missions.fleet import vertical_scale
 from missions.schema import Mission
+from missions.shapes import solid
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,8 @@ class Separation:
     """Smallest distance between any two robots over the flight.
 
     Attributes:
-        t: (S,) flight clock [s]. distance: (S,) smallest distance of any pair [m], NaN with fewer than two seen.
+        t: (S,) flight clock [s]. distance: (S,) smallest of any pair [m], NaN with fewer than two seen; heights
+            count as much less as the mission's vertical separation is larger than its separation.
         smallest: [m]; inf for one robot. pair: who. at: flight clock [s], NaN without data.
         clearance: smallest distance to an obstacle while searching [m], inf without obstacles.
         outside: largest distance of anybody outside the workspace while searching [m], 0 if nobody was.
@@ -39,10 +42,11 @@ def separation(mission: Mission, motion: Motion, search: Array) -> Separation:
     """Distances over the whole flight; clearance and fence over ``search``, the positions (S', N, 3) of the search."""
     names = [robot.name for robot in mission.robots]
     pairs = list(itertools.combinations(range(len(names)), 2))
+    scaled = motion.q * np.array([1.0, 1.0, vertical_scale(mission)])  # downwash: the mission's ellipsoid
     distance = np.full(len(motion.t), np.nan)
     smallest, who, at = math.inf, ("", ""), math.nan
     for i, j in pairs:
-        apart = np.linalg.norm(motion.q[:, i] - motion.q[:, j], axis=1)
+        apart = np.linalg.norm(scaled[:, i] - scaled[:, j], axis=1)
         distance = np.fmin(distance, apart)
         if np.isfinite(apart).any() and np.nanmin(apart) < smallest:
             k = int(np.nanargmin(apart))
@@ -56,7 +60,7 @@ def separation(mission: Mission, motion: Motion, search: Array) -> Separation:
 def _clearance(mission: Mission, q: Array) -> float:
     found = math.inf
     for obstacle in mission.obstacles:
-        apart = np.linalg.norm(q[..., :2] - np.array(obstacle.center[:2]), axis=-1) - obstacle.radius
+        apart = solid(obstacle).value(np.moveaxis(q, -1, 0))
         if np.isfinite(apart).any():
             found = min(found, float(np.nanmin(apart)))
     return found

@@ -134,7 +134,7 @@ def _separation(e: Evidence) -> Iterator[Finding]:
     if e.separation.clearance < 0.0:
         depth = -e.separation.clearance
         level = Level.FAIL if depth > SEPARATION_ALLOWANCE else Level.WARN
-        yield Finding(level, "obstacle", f"{depth:.3f} m inside an obstacle's radius")
+        yield Finding(level, "obstacle", f"{depth:.3f} m inside an obstacle")
 
 
 def _when(e: Evidence, t: float) -> str:

@@ -31,6 +31,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from deploy.radio.supervisor import Supervisor
+from missions.fleet import altitudes
 from missions.schema import Mission
 
 Vec3 = tuple[float, float, float]
@@ -60,7 +61,7 @@ class Limits:
             *(robot.pad[:2] for robot in mission.robots if robot.pad),
         ]
         x, y = ([corner[axis] for corner in corners] for axis in (0, 1))
-        top = mission.flight.altitude if flat else mission.workspace.upper[2]
+        top = float(altitudes(mission).max()) if flat else mission.workspace.upper[2]
         # The floor keeps drones from leaving downwards; an estimate may well be a little below it.
         return cls(
             mission.flight.tracking_limit,

@@ -13,6 +13,7 @@ from deploy.report.packing import floats, thin
 from deploy.report.playback import zero_time
 from deploy.report.words import scientific
 from missions.arrays import Array
+from missions.fleet import altitudes
 
 POINTS = 1200  # of a curve
 _PUNCTUAL = 0.01  # s of lag that is none: half of what separates two poses
@@ -144,14 +145,15 @@ def _altitude(analysis: FlightAnalysis) -> Chart | None:
     motion = analysis.motion
     if motion is None:
         return None
-    zero, altitude = zero_time(analysis), analysis.flight_plan.mission.flight.altitude
+    zero, planned = zero_time(analysis), altitudes(analysis.flight_plan.mission)
     window = analysis.window
     reading = "Take-off, search and landing"
     if window is not None:
         z = motion.during(window)[1][:, :, 2]
         if analysis.flight_plan.mission.dimension == 2 and np.isfinite(z).any():
-            spread = float(np.nanmax(np.abs(z - altitude)))
-            reading = f"Planned {altitude:g} m; nobody strayed more than {spread * 100:.1f} cm from it while searching"
+            spread = float(np.nanmax(np.abs(z - planned)))
+            layers = ", ".join(f"{height:g}" for height in sorted(set(planned.tolist())))
+            reading = f"Planned {layers} m; nobody strayed more than {spread * 100:.1f} cm from it while searching"
     names = [robot.name for robot in analysis.flight_plan.mission.robots]
     return {
         "id": "altitude",

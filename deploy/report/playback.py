@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from deploy.analysis.record import FlightAnalysis
 from deploy.report.heat import heat_image
 from deploy.report.packing import floats
 from missions.arrays import Array
+from missions.fleet import altitudes
+from missions.schema import Obstacle
+from missions.shapes import heights, outline
 from planner.trajectory.encode import decode
 
 _RATE = 20.0  # Hz
@@ -27,7 +32,7 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
     names = [robot.name for robot in mission.robots]
     t = _grid(analysis, len(names))
     lower, upper = list(mission.workspace.lower), list(mission.workspace.upper)
-    altitude = mission.flight.altitude
+    altitude = float(altitudes(mission).max())
     flown, planned = _flown(analysis, t), _planned(analysis, t)
     return {
         "robots": names,
@@ -35,7 +40,7 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "upper": [*upper[:2], upper[2] if len(upper) == 3 else altitude],
         "range": mission.connectivity.range,
         "altitude": altitude,
-        "obstacles": [{"x": o.center[0], "y": o.center[1], "r": o.radius} for o in mission.obstacles],
+        "obstacles": [_obstacle(obstacle) for obstacle in mission.obstacles],
         "heat": heat_image(mission),
         "t0": float(t[0]),
         "dt": float(t[1] - t[0]),
@@ -45,6 +50,13 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "planned": floats(planned),
         "phases": phases(analysis),
     }
+
+
+def _obstacle(obstacle: Obstacle) -> dict[str, object]:
+    """A prism to draw: outline seen from above [m], base and top [m]; no top reaches the ceiling."""
+    low, high = heights(obstacle)
+    ring = [[round(float(x), 4), round(float(y), 4)] for x, y in outline(obstacle)]
+    return {"ring": ring, "low": low, "high": high if math.isfinite(high) else None}
 
 
 def phases(analysis: FlightAnalysis) -> list[dict[str, object]]:

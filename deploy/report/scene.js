@@ -94,8 +94,8 @@ const scene = (() => {
   }
 
   function drawObstacle(context, obstacle) {
-    const ring = (z) => Array.from({ length: 40 }, (_, k) => project([obstacle.x + obstacle.r * Math.cos(k * Math.PI / 20), obstacle.y + obstacle.r * Math.sin(k * Math.PI / 20), z]));
-    const bottom = ring(0), top = ring(upper[2] * 1.15);
+    const ring = (z) => obstacle.ring.map(([x, y]) => project([x, y, z]));
+    const bottom = ring(obstacle.low), top = ring(obstacle.high === null ? upper[2] * 1.15 : obstacle.high);
     context.fillStyle = `rgba(${colours.obstacle}, .16)`; context.strokeStyle = `rgba(${colours.obstacle}, .55)`; context.lineWidth = 1;
     path(context, hull(bottom.concat(top)), true); context.fill(); context.stroke();
     path(context, top, true); context.fillStyle = `rgba(${colours.obstacle}, .18)`; context.fill(); context.stroke();
@@ -137,7 +137,7 @@ const scene = (() => {
     context.strokeStyle = colours.ink; context.lineWidth = 1.75;
     for (let i = 0; i < N; i++) for (let j = i + 1; j < N; j++) {
       const a = at(flown, k, i), b = at(flown, k, j);
-      if (known(a) && known(b) && Math.hypot(a[0] - b[0], a[1] - b[1]) <= play.range && Math.min(a[2], b[2]) > 0.1) {
+      if (known(a) && known(b) && Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) <= play.range && Math.min(a[2], b[2]) > 0.1) {
         path(context, [project(a), project(b)]); context.stroke();
       }
     }
@@ -181,7 +181,8 @@ const scene = (() => {
     aim(width, height);
     const k = index();
     drawFloor(context);
-    const behind = play.obstacles.slice().sort((a, b) => project([b.x, b.y, 0])[2] - project([a.x, a.y, 0])[2]);
+    const depth = ({ ring }) => Math.max(...ring.map(([x, y]) => project([x, y, 0])[2]));
+    const behind = play.obstacles.slice().sort((a, b) => depth(b) - depth(a));
     behind.forEach((obstacle) => drawObstacle(context, obstacle));
     drawTrails(context, k);
     drawEdges(context, k);
