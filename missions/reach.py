@@ -24,6 +24,7 @@ from missions.connectivity import (
     ProbabilisticConnectivity,
     SimultaneousConnectivity,
 )
+from missions.dynamics import flies
 from missions.indicator import Indicator
 from missions.schema import Mission
 from missions.spanning import bottlenecks
@@ -73,6 +74,8 @@ def reach(mission: Mission, t: Array) -> Array:
     """Largest distance [m] from its start that the fastest of the robots can have at times t [s]."""
     a = float(fleet.accelerations(mission).max()) * math.sqrt(mission.dimension)
     v = float(fleet.speeds(mission).max())
+    if not flies(mission.dynamics):  # other models are bound by speed alone
+        return np.asarray(v * t)
     v_0 = min(float(np.linalg.norm(fleet.velocities(mission), axis=-1).max()), v)
     ramp = (v - v_0) / a
     distance: Array = np.where(t < ramp, (v_0 + 0.5 * a * t) * t, v * t - 0.5 * a * ramp**2)

@@ -1,6 +1,6 @@
 """The augmented Lagrangian of a problem and its gradient in the variables z.
 
-L(z) = r_E log10 E + ½ R mean_t uᵀu + Σ_c 1/(2μ) Σ (max(0, λ + μ g)² − λ²)   (Powell, Hestenes, Rockafellar)
+L(z) = r_E log10(E + 1e-8) + ½ R mean_t uᵀu + Σ_c 1/(2μ) Σ (max(0, λ + μ g)² − λ²)   (Powell, Hestenes, Rockafellar)
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from planner.ergodic.metric import MetricValue
 from planner.problem import Problem
 from planner.solver.modes import ControlModes
 
-SMALLEST_E = 1e-14  # log10 E stays finite
+SMALLEST_E = 1e-8  # added to E: what is lower does not matter, and must not outweigh the limits
 
 
 class Sample(NamedTuple):
@@ -84,7 +84,7 @@ class Lagrangian:
         motion = sample.motion
         cotangent = Cotangent.zeros_like(motion)
 
-        E = max(sample.E, SMALLEST_E)
+        E = sample.E + SMALLEST_E
         value = problem.ergodic_weight * math.log10(E)
         cotangent.q[:-1] += sample.ergodicity.gradient * (problem.ergodic_weight / (E * math.log(10.0)))
         R = problem.control_weight / problem.steps

@@ -9,6 +9,7 @@ import pytest
 
 from missions import MissionError, parse_mission
 from missions.dynamics import CasadiModel, SingleIntegratorModel, expression_fault, fault
+from missions.reach import reach
 from missions.schema import NoConnectivity, ProbabilisticConnectivity, SolverSettings
 from planner.dynamics import Cotangent, DoubleIntegrator, SingleIntegrator
 from planner.dynamics.casadi_model import casadi_dynamics
@@ -196,6 +197,12 @@ dynamics:
   lower: [0.0, -1.0]
   upper: [0.5, 1.0]
 """
+
+
+def test_reach_of_models_without_acceleration_limits_is_their_speed():
+    t = np.array([0.0, 0.1, 3.0])
+    np.testing.assert_allclose(reach(small(dynamics=SingleIntegratorModel()), t), t * 1.0)
+    assert (reach(small(), t)[1:] < t[1:]).all()
 
 
 def test_a_mission_file_writes_its_model_down():
