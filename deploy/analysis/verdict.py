@@ -18,6 +18,7 @@ from missions.schema import Mission
 from planner.certificate.record import Certificate
 
 SEPARATION_ALLOWANCE = 0.05  # m that drones may come closer than the mission's separation
+CLEARANCE_ALLOWANCE = 0.02  # m that drones may come closer to obstacles than planned: what good tracking takes
 TRACKING_LIMIT = 0.05  # m, mean error of a good flight
 LAG_WARNING = 0.2  # s
 GAP_WARNING = 0.3  # s without a pose
@@ -131,10 +132,11 @@ def _separation(e: Evidence) -> Iterator[Finding]:
     level = Level.PASS if found >= allowed else Level.FAIL
     text = f"smallest separation {found:.3f} m ({pair}, {_when(e, e.separation.at)}); allowed: {allowed:.2f} m"
     yield Finding(level, "separation", text)
-    if e.separation.clearance < 0.0:
-        depth = -e.separation.clearance
-        level = Level.FAIL if depth > SEPARATION_ALLOWANCE else Level.WARN
-        yield Finding(level, "obstacle", f"{depth:.3f} m inside an obstacle")
+    if math.isfinite(clearance := e.separation.clearance):
+        level = Level.FAIL if clearance < -SEPARATION_ALLOWANCE else Level.WARN
+        level = Level.PASS if clearance >= -CLEARANCE_ALLOWANCE else level
+        text = f"smallest obstacle clearance {clearance:.3f} m; allowed: {-CLEARANCE_ALLOWANCE:.2f} m, for tracking"
+        yield Finding(level, "obstacle", text)
 
 
 def _when(e: Evidence, t: float) -> str:
