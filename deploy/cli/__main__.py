@@ -12,10 +12,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from deploy.cli import check, dry_run, export, fly, plan, report, schema
+from deploy.cli import check, dry_run, export, fly, plan, report, schema, study
 from deploy.cli.console import fail
 
-COMMANDS = (plan, check, export, dry_run, fly, report, schema)
+COMMANDS = (plan, check, export, dry_run, fly, report, schema, study)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -37,7 +37,7 @@ def plan_mission(path: Path, *, seed: int | None = None) -> FlightPlan | None:
         settings = dataclasses.replace(settings, seed=seed)
         mission = dataclasses.replace(mission, solver=settings)
     try:
-        with _progress_bar(mission.name, settings.time_limit) as report, _interruptible() as stop:
+        with _progress_bar(mission.name, settings.time_limit) as report, interruptible() as stop:
             return make_flight_plan(mission, progress=report, should_stop=stop.is_set)
     except NoFeasiblePlan as failure:
         print_violations(failure)
@@ -158,7 +158,7 @@ def _progress_bar(name: str, time_limit: float) -> Iterator[Callable[[SolverProg
 
 
 @contextmanager
-def _interruptible() -> Iterator[threading.Event]:
+def interruptible() -> Iterator[threading.Event]:
     """Ctrl-C asks the solver to stop with what it has; a second one is an ordinary interrupt."""
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
