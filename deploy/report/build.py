@@ -33,6 +33,7 @@ def build_report(analysis: FlightAnalysis) -> str:
         figures=sections.figures(analysis),
         indicators=sections.indicators_table(analysis),
         probabilities=sections.probability_table(analysis),
+        forwarding=sections.forwarding_table(analysis),
         robots_table=sections.robots_table(analysis),
         certificate=sections.certificate_table(analysis),
         preflight=sections.preflight_table(analysis),

@@ -123,6 +123,28 @@ def probability_table(analysis: FlightAnalysis) -> str:
     return table(headings, rows, caption, tuple(range(1, 3 * count + 1)))
 
 
+def forwarding_table(analysis: FlightAnalysis) -> str:
+    """When what one robot knows at the start can have reached another, from meeting to meeting."""
+    certified, flown = analysis.coverage.certified, analysis.coverage.flown
+    names = [robot.name for robot in analysis.flight_plan.mission.robots]
+    if not certified.arrivals or len(names) < 2:
+        return ""
+
+    def arrival(table: Sequence[Sequence[float]], i: int, j: int) -> str:
+        return f"{table[i][j]:.1f}" if math.isfinite(table[i][j]) else "never"
+
+    def cell(i: int, j: int) -> str:
+        if i == j:
+            return ""
+        in_flight = arrival(flown.arrivals, i, j) if flown and flown.arrivals else "–"
+        return f"{arrival(certified.arrivals, i, j)} / {in_flight}"
+
+    everybody = range(len(names))
+    rows = [[name, *(cell(i, j) for j in everybody)] for i, name in enumerate(names)]
+    caption = "Store and forward: earliest time [s] at which a message of the start can reach, certified / flown"
+    return table(["from \\ to", *names], rows, caption, tuple(range(1, len(names) + 1)))
+
+
 def robots_table(analysis: FlightAnalysis) -> str:
     """One line a robot: tracking, lag, battery, link, poses."""
     rows = []
