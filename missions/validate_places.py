@@ -105,15 +105,14 @@ def _check_outside(body: Solid, x: Array, what: str, point: Vector, where: str, 
 
 
 def _check_boundary_conditions(mission: Mission, i: int, error: ErrorAt) -> None:
-    """Given ends and starts in motion are built into the variables of one method for one model of motion."""
+    """Given ends are built into the variables of one method, starts in motion into one model of motion."""
     robot = mission.robots[i]
     given = "end" if robot.end is not None else "velocity" if robot.velocity is not None else ""
     if given and mission.dynamics.type != "double_integrator":
         reason = f"given with dynamics of type {mission.dynamics.type}; allowed: with double_integrator"
         raise error(reason, _at(i, given))
-    if given and mission.solver.method != "fast":
-        reason = f"given with the method {mission.solver.method}; allowed: with fast"
-        raise error(reason, _at(i, given))
+    if robot.end is not None and mission.solver.method != "fast":
+        raise error(f"given with the method {mission.solver.method}; allowed: with fast", _at(i, "end"))
 
 
 def _check_velocity(mission: Mission, i: int, velocity: Vector, error: ErrorAt) -> None:

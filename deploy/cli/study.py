@@ -28,6 +28,8 @@ def run(args: argparse.Namespace) -> int:
     from deploy.cli.console import err
     from deploy.cli.planning import interruptible, print_done
     from planner.study import StudyProgress, load_study, run_study
+    from planner.study.page import read_table
+    from planner.study.plots import write_plots
 
     study = load_study(args.study)
     folder: Path = args.output or Path("out") / "studies" / study.name
@@ -40,6 +42,8 @@ def run(args: argparse.Namespace) -> int:
 
         table = run_study(study, folder, processes=args.processes, progress=show, should_stop=stop.is_set)
     print_done(f"table: {table}")
+    for picture in write_plots(study, read_table(table), folder):
+        print_done(f"plot: {picture}")
     if stop.is_set():
         err.print("ergoflie: interrupted; run the same command again to go on")
         return 130

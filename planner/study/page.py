@@ -8,12 +8,14 @@ from __future__ import annotations
 import csv
 import itertools
 import math
+import os
 import statistics
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from planner.study.load import load_study
+from planner.study.plots import write_plots
 from planner.study.record import Claim, Study
 
 Row = Mapping[str, str]
@@ -26,7 +28,7 @@ INTRODUCTION = """# Studies
 
 The experiments of the IMEC paper (A Probabilistic Measure of Multi-Robot Connectivity and Ergodic Optimal Control), run
 with this planner. Written by `python -m planner.study.page` from the tables in `missions/studies/results`; to run one
-again: `planner.run_study(planner.study.load_study(FILE), FOLDER)`. Figures are means over the seeds that ended in a
+again: `ergoflie study FILE -o FOLDER`. Figures are means over the seeds that ended in a
 feasible plan. The paper shows most of its results as plots without numbers, so trends are compared: Kendall's τ is 1 if
 one column always rises with the other, −1 if it always falls. CPU seconds are those of a loaded two-core machine.
 """
@@ -38,8 +40,16 @@ def write_page(results: Path, studies: Path, page: Path) -> None:
     sections = [INTRODUCTION]
     for path in sorted(studies.glob("*.yaml")):
         study, table = load_study(path), results / f"{load_study(path).name}.csv"
-        sections.append(section(study, read_table(table) if table.exists() else []))
+        rows = read_table(table) if table.exists() else []
+        pictures = write_plots(study, rows, results)
+        shown = "\n".join(f"![{picture.stem}]({_link(picture, page)})" for picture in pictures)
+        sections.append(section(study, rows) + (f"{shown}\n" if shown else ""))
     page.write_text("\n".join(sections), encoding="utf-8")
+
+
+def _link(picture: Path, page: Path) -> str:
+    """Path of a picture as the page names it."""
+    return Path(os.path.relpath(picture, page.parent)).as_posix()
 
 
 def read_table(path: Path) -> list[Row]:
