@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tests.benchmarks import planner, rehearsal
+from tests.benchmarks import planner, reference, rehearsal
 
 
 def main() -> None:
@@ -12,6 +12,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("--seeds", type=int, default=1, help="seeds a problem (default 1)")
     planner.run(parser.parse_args().seeds)
+    print()
+    reference.run()
     print()
     rehearsal.run()
 
