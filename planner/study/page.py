@@ -33,11 +33,11 @@ feasible plan. The paper shows most of its results as plots without numbers, so 
 one column always rises with the other, −1 if it always falls. CPU seconds are those of a loaded two-core machine.
 
 The paper's Algorithm 1 is here too (`solver: {method: imec}`). `python -m tests.benchmarks.reference` runs it on the
-notebook case as the authors did: the augmented Lagrangian and the violations are those of their printed log (a test pins
-iterations 0 to 20), and at iteration 923, where their code ended, E is within 5 % of their 1.987e-3 with limits missed
-by 2 to 4 mm as theirs. Rounding grows after some hundred iterations, so the last digits differ between machines. Two
-details decide: the Riccati equation is integrated in continuous time, and a control on its bound counts half in the
-linearised dynamics; runs with either left out ended between 3.6e-3 and 3.8e-2.
+notebook case as the authors did: the augmented Lagrangian and the violations are those of their printed log (a test
+pins iterations 0 to 20), and at iteration 923, where their code ended, E is within 5 % of their 1.987e-3 with limits
+missed by 2 to 4 mm as theirs. Rounding grows after some hundred iterations, so the last digits differ between
+machines. Two details decide: the Riccati equation is integrated in continuous time, and a control on its bound counts
+half in the linearised dynamics; runs with either left out ended between 3.6e-3 and 3.8e-2.
 """
 CLEAR = 0.3  # |τ| from which a trend is one
 
