@@ -18,7 +18,14 @@ from planner.connectivity.quadrature import Quadrature
 
 
 def log_probability(
-    q: Array, R_c: float, indicator: Indicator, pairs: NDArray[np.intp], quadrature: Quadrature, *, exact: bool = False
+    q: Array,
+    R_c: float,
+    indicator: Indicator,
+    pairs: NDArray[np.intp],
+    quadrature: Quadrature,
+    *,
+    exact: bool = False,
+    single: bool = False,
 ) -> ConnectionValue:
     """Log P of every pair and sub-period, and its gradient.
 
@@ -29,9 +36,11 @@ def log_probability(
         pairs: (pairs, 2) robot indices.
         quadrature: nodes and weights of the sub-periods' time averages.
         exact: never by an approximation, whose relative error is up to 1e-4.
+        single: Gaussians in single precision.
     """
     if indicator.shape == "gaussian":
-        return connection_log_probability(q, R_c / math.sqrt(indicator.steepness), pairs, quadrature, exact=exact)
+        R = R_c / math.sqrt(indicator.steepness)
+        return connection_log_probability(q, R, pairs, quadrature, exact=exact, single=single)
     return _double_sum(q, R_c, indicator, pairs, quadrature)
 
 

@@ -19,6 +19,7 @@ from planner.connectivity.quadrature import Quadrature
 from planner.connectivity.separable import SMALLEST, function_counts, moment_probability
 
 UNDERFLOW = 1e-250  # sums below it are worked out again, relative to their largest term
+SINGLE_UNDERFLOW = 1e-30  # the same in single precision
 # [ns], measured: a pair of nodes; a node and moment; a node and function; whatever the size.
 DIRECT_COST, MOMENT_COST, FUNCTION_COST, FIXED_COST = 9.0, 0.8, 15.0, 2e5
 
@@ -37,7 +38,7 @@ def connection_probability(q: Array, R_c: float, pairs: NDArray[np.intp], quadra
 
 
 def connection_log_probability(
-    q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature, *, exact: bool = False
+    q: Array, R_c: float, pairs: NDArray[np.intp], quadrature: Quadrature, *, exact: bool = False, single: bool = False
 ) -> ConnectionValue:
     """Log P of every pair and sub-period, and its gradient.
 
@@ -47,10 +48,16 @@ def connection_log_probability(
         pairs: (pairs, 2) robot indices.
         quadrature: nodes and weights ω of the sub-periods' time averages.
         exact: never through moments, whose relative error is up to 1e-4.
+        single: the double sum in single precision, whose relative error is about 1e-5.
     """
     w = np.ascontiguousarray(np.moveaxis((q[quadrature.nodes] - q[0].mean(axis=0)) / R_c, 2, 0))
     through_moments = not exact and cheaper_through_moments(w, len(pairs))
-    value = (_mixed if through_moments else _direct)(w, quadrature.weights, pairs)
+    if through_moments:
+        value = _mixed(w, quadrature.weights, pairs)
+    elif single:
+        value = _direct(w.astype(np.float32), quadrature.weights.astype(np.float32), pairs)
+    else:
+        value = _direct(w, quadrature.weights, pairs)
 
     def pull(weights: Array) -> Array:
         gradient = np.zeros_like(q)
@@ -116,7 +123,7 @@ def _direct(w: Array, omega: Array, pairs: NDArray[np.intp]) -> ConnectionValue:
         if len(used) == 0:
             return gradient
         some, i, j = (gamma if len(used) == len(gamma) else gamma[used]), pairs[used, 0], pairs[used, 1]
-        scale = (-weights[used] / total[used])[..., None, None] * column
+        scale = (-weights[used] / total[used]).astype(w.dtype)[..., None, None] * column
         forward = some @ moments[j]  # (pairs, sub-periods, n, ν+1)
         backward = np.swapaxes(some, -1, -2) @ moments[i]
         _gather(gradient, i, scale * (forward[..., -1:] * w[i] - forward[..., :-1]))
@@ -129,11 +136,12 @@ def _direct(w: Array, omega: Array, pairs: NDArray[np.intp]) -> ConnectionValue:
 def _may_underflow(w: Array) -> bool:
     """Whether two nodes may be so far apart that every Γ of a pair vanishes."""
     sides = w.max(axis=(0, 1, 2)) - w.min(axis=(0, 1, 2))
-    return 0.5 * float(sides @ sides) > -math.log(UNDERFLOW)
+    smallest = UNDERFLOW if w.dtype == np.float64 else SINGLE_UNDERFLOW
+    return 0.5 * float(sides @ sides) > -math.log(smallest)
 
 
 def _gather(per_robot: Array, robots: NDArray[np.intp], per_pair: Array) -> None:
     """Add each pair's part to its robot's."""
-    incidence = (np.arange(len(per_robot))[:, None] == robots).astype(np.float64)  # (N, pairs)
+    incidence = (np.arange(len(per_robot))[:, None] == robots).astype(per_pair.dtype)  # (N, pairs)
     flat = per_pair.reshape(len(robots), -1)
     per_robot += (incidence @ flat).reshape(per_robot.shape)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class ControlBound:
     tolerance: float
     name: str = "acceleration"
     unit: str = "m/s²"
+    swarm_axis: int = 1
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (T, N, ν)."""
@@ -45,3 +46,8 @@ class ControlBound:
         """The robot, the axis, the instant."""
         t, robot, axis = index
         return Place(f"{self.names[robot]}, {'xyz'[axis]}", t * self.dt)
+
+    def stacked(self, swarms: int, robots: int) -> ControlBound:
+        """The same for several swarms."""
+        del robots  # Unused.
+        return replace(self, limit=np.tile(self.limit, swarms), names=self.names * swarms)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from missions.arrays import Array
 from planner.dynamics import Cotangent, Motion
 
@@ -59,6 +62,24 @@ class Adaptive(Protocol):
 
     def adapted(self, motion: Motion) -> Constraint:
         """The same with the choice that suits this motion; itself if that is the choice it has."""
+
+
+@runtime_checkable
+class Stackable(Protocol):
+    """A constraint that can hold several swarms at once, who do not see each other: swarm after swarm in the robots."""
+
+    @property
+    def swarm_axis(self) -> int:
+        """Axis of the residual along which swarm follows swarm."""
+
+    def stacked(self, swarms: int, robots: int) -> Constraint:
+        """The same for ``swarms`` swarms of ``robots`` robots each."""
+
+
+def stacked_pairs(pairs: NDArray[np.intp], swarms: int, robots: int) -> NDArray[np.intp]:
+    """Pairs of robots within each of several swarms, (swarms · pairs, 2)."""
+    result: NDArray[np.intp] = (pairs + robots * np.arange(swarms)[:, None, None]).reshape(-1, 2)
+    return result
 
 
 def adapted(constraint: Constraint, motion: Motion) -> Constraint:

@@ -11,7 +11,7 @@ from missions.arrays import Array
 from missions.indicator import Indicator
 from planner.connectivity.all_times import log_probability
 from planner.connectivity.quadrature import Quadrature
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, stacked_pairs
 from planner.constraints.pairwise import Rows, pair_and_sub_period
 from planner.dynamics import Cotangent, Motion
 
@@ -29,6 +29,7 @@ class Connection:
         quadrature: the sub-periods' time averages, thinned: what the search evaluates.
         exact: the same from every step: what counts.
         names: of all robots. indicator: Γ.
+        single: searched in single precision, as is enough to choose among searches.
     """
 
     R_c: float
@@ -41,10 +42,14 @@ class Connection:
     name: str = "connection"
     unit: str = ""
     tolerance: float = 2e-3
+    single: bool = False
+    swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (pairs, sub-periods)."""
-        value = log_probability(motion.q[:-1], self.R_c, self.indicator, self.pairs, self.quadrature)
+        value = log_probability(
+            motion.q[:-1], self.R_c, self.indicator, self.pairs, self.quadrature, single=self.single
+        )
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             cotangent.q[:-1] -= value.pull(weights)
@@ -60,6 +65,13 @@ class Connection:
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the sub-period (counted from 1)."""
         return pair_and_sub_period(self.names, self.pairs, index)
+
+    def stacked(self, swarms: int, robots: int) -> Connection:
+        """The same for several swarms."""
+        pairs = stacked_pairs(self.pairs, swarms, robots)
+        return replace(
+            self, pairs=pairs, threshold=np.tile(self.threshold, swarms), names=self.names * swarms, single=True
+        )
 
     def of(self, rows: Rows) -> Connection:
         """The same for some of the pairs."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.connectivity.distances import distances, pull_squares
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, stacked_pairs
 from planner.constraints.pairwise import Rows, pair_and_sub_period
 from planner.dynamics import Cotangent, Motion
 
@@ -37,6 +37,7 @@ class Meeting:
     name: str = "meeting"
     unit: str = "m"
     tolerance: float = 1e-3
+    swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (pairs, sub-periods)."""
@@ -58,6 +59,11 @@ class Meeting:
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the sub-period (counted from 1)."""
         return pair_and_sub_period(self.names, self.pairs, index)
+
+    def stacked(self, swarms: int, robots: int) -> Meeting:
+        """The same for several swarms."""
+        pairs = stacked_pairs(self.pairs, swarms, robots)
+        return replace(self, pairs=pairs, range=np.tile(self.range, swarms), names=self.names * swarms)
 
     def of(self, rows: Rows) -> Meeting:
         """The same for some of the pairs."""

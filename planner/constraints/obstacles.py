@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ class Obstacles:
     name: str = "obstacle clearance"
     unit: str = "m"
     tolerance: float = 1e-3
+    swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (N, O, S) over the fine samples."""
@@ -53,6 +54,11 @@ class Obstacles:
         robot, obstacle, s = index
         x, y = self.center[obstacle]
         return Place(f"{self.names[robot]}, obstacle at ({x:g}, {y:g})", s * self.dt)
+
+    def stacked(self, swarms: int, robots: int) -> Obstacles:
+        """The same for several swarms."""
+        del robots  # Unused.
+        return replace(self, radius=np.tile(self.radius, (swarms, 1)), names=self.names * swarms)
 
     def _distances(self, motion: Motion) -> tuple[Array, Array]:
         """Vectors from the centres (2, N, O, S) and their squared lengths (N, O, S): time last, where NumPy is fast."""

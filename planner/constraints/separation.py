@@ -6,13 +6,13 @@ down than aside.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missions.arrays import Array
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, stacked_pairs
 from planner.constraints.blocks import BLOCK, box_gaps
 from planner.dynamics import Cotangent, Motion
 
@@ -40,6 +40,7 @@ class Separation:
     name: str = "separation"
     unit: str = "m"
     tolerance: float = 1e-3
+    swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (P, S) over the fine samples.
@@ -78,6 +79,11 @@ class Separation:
         """The pair, the instant."""
         i, j = self.pairs[index[0]]
         return Place(f"{self.names[i]}-{self.names[j]}", index[1] * self.dt if not self.landing else None)
+
+    def stacked(self, swarms: int, robots: int) -> Separation:
+        """The same for several swarms."""
+        pairs = stacked_pairs(self.pairs, swarms, robots)
+        return replace(self, pairs=pairs, distance=np.tile(self.distance, swarms), names=self.names * swarms)
 
     def _positions(self, motion: Motion) -> Array:
         """(ν, N, S), scaled: time last, where NumPy is fast."""

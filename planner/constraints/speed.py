@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ class Speed:
     name: str = "speed"
     unit: str = "m/s"
     tolerance: float = 1e-3
+    swarm_axis: int = 1
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (T+1, N)."""
@@ -47,3 +48,8 @@ class Speed:
     def place(self, index: tuple[int, ...]) -> Place:
         """The robot, the instant."""
         return Place(self.names[index[1]], index[0] * self.dt)
+
+    def stacked(self, swarms: int, robots: int) -> Speed:
+        """The same for several swarms."""
+        del robots  # Unused.
+        return replace(self, limit=np.tile(self.limit, swarms), names=self.names * swarms)

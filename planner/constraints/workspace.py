@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class Inside:
     name: str = "workspace"
     unit: str = "m"
     tolerance: float = 1e-3
+    swarm_axis: int = 2
 
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (2, T+1, N, ν): below the lower bound, above the upper one."""
@@ -44,3 +45,9 @@ class Inside:
         """The robot, the side, the instant."""
         side, t, robot, axis = index
         return Place(f"{self.names[robot]}, {'lower' if side == 0 else 'upper'} {'xyz'[axis]}", t * self.dt)
+
+    def stacked(self, swarms: int, robots: int) -> Inside:
+        """The same for several swarms."""
+        del robots  # Unused.
+        lower, upper = np.tile(self.lower, (swarms, 1)), np.tile(self.upper, (swarms, 1))
+        return replace(self, lower=lower, upper=upper, names=self.names * swarms)

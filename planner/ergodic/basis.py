@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from missions.arrays import Array, frozen
 
@@ -66,15 +67,16 @@ class CosineBasis:
         """Sobolev weights, (n,)*ν."""
         return frozen((1.0 + (self.k**2).sum(axis=-1)) ** (-(self.dimension + 1) / 2))
 
-    def tables(self, points: Array) -> Tables:
+    def tables(self, points: Array, dtype: DTypeLike = np.float64) -> Tables:
         """Factors cos(kθ) and sin(kθ) at ``points`` (M, ν) [m], by the Chebyshev recurrence from one sincos."""
         theta = np.ascontiguousarray(points.T) - self.lower[:, None]  # (ν, M)
         theta *= (np.pi / (self.upper - self.lower))[:, None]
-        factors = np.empty((self.n, 2, *theta.shape))
+        theta = theta.astype(dtype, copy=False)
+        factors = np.empty((self.n, 2, *theta.shape), dtype)
         factors[0, 0], factors[0, 1] = 1.0, 0.0
         np.cos(theta, out=factors[1, 0])
         np.sin(theta, out=factors[1, 1])
-        twice = 2.0 * factors[1, 0]
+        twice = factors[1, 0] + factors[1, 0]
         for k in range(2, self.n):
             np.multiply(twice, factors[k - 1], out=factors[k])
             factors[k] -= factors[k - 2]

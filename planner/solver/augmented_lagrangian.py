@@ -36,9 +36,6 @@ class Schedule:
         negligible: E that is low enough: a flight's tracking error of a centimetre moves E by far more.
         patience: rounds at a large penalty without the violation falling after which the limits count as
             contradictory.
-        heat: rounds after which the best quarter of the starts goes on: motions that differ at the start end in
-            different minima, and who leads early mostly wins (rank correlation 0.5 after 8 rounds, 0.7 after 16), at
-            a fraction of the work.
     """
 
     penalty: float = 0.1
@@ -51,7 +48,6 @@ class Schedule:
     window: int = 8
     negligible: float = 5e-7
     patience: int = 60
-    heat: int = 4
 
 
 @dataclass(frozen=True)
@@ -170,6 +166,14 @@ def misses(lagrangian: Lagrangian, sample: Sample) -> tuple[float, float]:
             amount = max((worst(c.violation(sample.motion), c) for c in constraints), default=-math.inf)
         found.append(amount)
     return found[0], found[1]
+
+
+def measured(lagrangian: Lagrangian, state: State) -> State:
+    """A state whose violation was read off residuals, with the exact one where it is small enough to matter."""
+    if max(state.violation, state.preference) > ROUGH * METRE_TOLERANCE:
+        return state
+    violation, preference = misses(lagrangian, lagrangian.at(state.z))
+    return replace(state, violation=violation, preference=preference)
 
 
 def worst(amounts: Array, constraint: Constraint) -> float:

@@ -1,16 +1,22 @@
-"""Limited-memory BFGS with a strong-Wolfe line search (Nocedal and Wright, algorithms 7.4, 7.5, 3.5 and 3.6)."""
+"""Limited-memory BFGS with a strong-Wolfe line search (Nocedal and Wright, algorithms 7.4, 7.5, 3.5 and 3.6).
+
+Written as generators that ask for the objective instead of calling it: many descents can then share evaluations.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from missions.arrays import Array
 
+T = TypeVar("T")
 Objective = Callable[[Array], tuple[float, Array]]
+Asking = Generator[Array, tuple[float, Array], T]  # yields z, is sent the objective and its gradient there
 
 ARMIJO = 1e-4
 CURVATURE = 0.9
@@ -29,37 +35,57 @@ class Memory:
         self.clear()
 
     def __len__(self) -> int:
-        return len(self.S)
+        return self.end - self.first
 
     def clear(self) -> None:
         """Forget everything."""
-        self.S: Array = np.empty((0, 0))
-        self.Y: Array = np.empty((0, 0))
+        self.first = self.end = 0  # rows in use of the two buffers, which have room for as many again
+        self.s_rows: Array = np.empty((0, 0))
+        self.y_rows: Array = np.empty((0, 0))
         self.SY: Array = np.empty((0, 0))
         self.YY: Array = np.empty((0, 0))
+
+    @property
+    def S(self) -> Array:
+        """(m, n) steps, oldest first."""
+        return self.s_rows[self.first : self.end]
+
+    @property
+    def Y(self) -> Array:
+        """(m, n) gradient differences."""
+        return self.y_rows[self.first : self.end]
 
     def add(self, s: Array, y: Array) -> None:
         """Remember a step, if it shows positive curvature."""
         if float(s @ y) <= 1e-12 * float(y @ y):
             return
         drop = len(self) - self.size + 1
-        if len(self) == 0:
-            self.S, self.Y = s[None], y[None]
-        else:
-            keep = slice(max(drop, 0), None)
-            self.S, self.Y = np.concatenate([self.S[keep], s[None]]), np.concatenate([self.Y[keep], y[None]])
+        self._append(s, y, max(drop, 0))
         self.SY = _bordered(self.SY, self.S @ y, self.Y @ s, drop)
         self.YY = _bordered(self.YY, self.Y @ y, self.Y @ y, drop)
+
+    def _append(self, s: Array, y: Array, drop: int) -> None:
+        """A row more, and ``drop`` of the oldest fewer; rows move only when a buffer is full."""
+        if len(self) == 0:
+            self.s_rows, self.y_rows = np.empty((2 * self.size, len(s))), np.empty((2 * self.size, len(s)))
+        self.first += drop
+        if self.end == len(self.s_rows):
+            count = len(self)
+            for rows in (self.s_rows, self.y_rows):
+                rows[:count] = rows[self.first : self.end].copy()
+            self.first, self.end = 0, count
+        self.s_rows[self.end], self.y_rows[self.end] = s, y
+        self.end += 1
 
     def direction(self, gradient: Array) -> Array:
         """−H g with H₀ = γ I, γ = s·y/y·y of the latest step."""
         if len(self) == 0:
             return -gradient
         gamma = self.SY[-1, -1] / self.YY[-1, -1]
-        R = np.triu(self.SY)
-        a = np.linalg.solve(R, self.S @ gradient)
+        R_inverse = np.linalg.inv(np.triu(self.SY))
+        a = R_inverse @ (self.S @ gradient)
         b = (np.diag(self.SY) * a) + gamma * (self.YY @ a - self.Y @ gradient)
-        step: Array = gamma * (a @ self.Y - gradient) - np.linalg.solve(R.T, b) @ self.S
+        step: Array = gamma * (a @ self.Y - gradient) - (b @ R_inverse) @ self.S
         return step
 
 
@@ -90,6 +116,32 @@ def minimise(
     gradient_tolerance: float,
     keep_going: Callable[[], bool],
 ) -> Point:
+    """Descend from ``start``: :func:`descend` with every question answered by ``objective``."""
+    descent = descend(
+        start, memory, max_iterations=max_iterations, gradient_tolerance=gradient_tolerance, keep_going=keep_going
+    )
+    return answered(descent, objective)
+
+
+def answered(asking: Asking[T], objective: Objective) -> T:
+    """What a generator comes to when ``objective`` answers all it asks."""
+    try:
+        z = next(asking)
+        while True:
+            z = asking.send(objective(z))
+    except StopIteration as end:
+        result: T = end.value
+        return result
+
+
+def descend(
+    start: Point,
+    memory: Memory,
+    *,
+    max_iterations: int,
+    gradient_tolerance: float,
+    keep_going: Callable[[], bool],
+) -> Asking[Point]:
     """Descend from ``start``; ``memory`` is read and extended, so that a slightly changed objective starts informed.
 
     Ends after ``max_iterations``, when |g| ≤ ``gradient_tolerance``, when no step descends any more, or when
@@ -104,7 +156,7 @@ def minimise(
             memory.clear()
             direction = -point.g
         step = 1.0 if len(memory) else min(1.0, 1.0 / float(np.linalg.norm(point.g)))
-        found = line_search(objective, point, direction, step)
+        found = yield from line_search(point, direction, step)
         if found is None:
             if len(memory) == 0:
                 break
@@ -115,7 +167,7 @@ def minimise(
     return point
 
 
-def line_search(objective: Objective, start: Point, direction: Array, step: float) -> Point | None:
+def line_search(start: Point, direction: Array, step: float) -> Asking[Point | None]:
     """A point along ``direction`` that meets the strong Wolfe conditions; the best Armijo point if none was found.
 
     Returns:
@@ -127,7 +179,7 @@ def line_search(objective: Objective, start: Point, direction: Array, step: floa
     best: Point | None = None
     for _ in range(LINE_SEARCH_EVALUATIONS):
         z = start.z + step * direction
-        f, g = objective(z)
+        f, g = yield z
         slope_here = float(g @ direction)
         if not math.isfinite(f) or f > start.f + ARMIJO * step * slope or (f >= f_low and low > 0.0):
             high = (step, f, slope_here)

@@ -32,7 +32,7 @@ class Weights:
     J: float = 1.0
     Qq: float = 1e-4
     Qv: float = 1e-3
-    modes: int = 100
+    modes: int = 150
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,18 +21,30 @@ from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
 from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lagrangian import Lagrangian
+from planner.solver.lanes import Runner, run_lanes
 from planner.solver.lbfgs import Memory
 from planner.solver.result import Progress, SolveOutcome, SolveStatus, Violation
 from planner.solver.scaling import scaled_modes
+from planner.solver.stack import Stack, stackable
 
 START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
-MANY, FEW = 64, 8  # starts by default, with a coarse grid to race on and without
-BATCH = 8  # starts that race before the next ones are tried
+MANY, FEW = 48, 8  # starts by default, with a coarse grid to race on and without
+BATCH = 12  # starts that race before the next ones are tried
+LANES = 12  # starts that share evaluations at most
 EASY = 1e-4  # E of a batch's winner that makes more starts pointless
 RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
 
 
-Runner = tuple[al.State, Memory]
+class Heat(NamedTuple):
+    """A stage of the race: the share of all starts that runs it, and for how many rounds."""
+
+    share: float
+    rounds: int
+
+
+# Motions that differ at the start end in different minima. Who leads early mostly wins: the rank correlation with the
+# final E is 0.5 after 8 rounds, 0.7 after 16, 0.85 after 28.
+HEATS = (Heat(1.0, 4), Heat(0.6, 4), Heat(0.3, 8), Heat(0.12, 12), Heat(0.04, 12))
 
 
 @dataclass
@@ -66,6 +79,7 @@ class Search:
     def __post_init__(self) -> None:
         self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
         self.lagrangian = self.formulate(self.problem)
+        self.stack: Stack | None = None
         self.spent = 0  # evaluations on the coarse grid
 
     @staticmethod
@@ -76,20 +90,21 @@ class Search:
     def warm(self, initial: Plan) -> Runner:
         """State of a plan given."""
         z = self.lagrangian.modes.variables(initial.u).ravel()
-        return al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory)
+        return Runner(al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory))
 
     def cold(self) -> Runner:
         """State of the winner of a race, on the problem's own grid."""
         if self.problem.coarse is None:
             return self.race()
+        self.stack = None
         self.lagrangian = coarse = self.formulate(self.problem.coarse)
-        state, memory = self.race()
+        state, memory, _ = self.race()
         while self.keep_going() and not self.ripe(state):
             state = al.step(coarse, state, self.schedule, memory, self.keep_going)
             self.tell(state, f"coarse round {state.round}")
         self.spent = coarse.evaluations
         self.lagrangian = self.formulate(self.problem)
-        return self.refined(state, coarse), Memory(self.schedule.memory)
+        return Runner(self.refined(state, coarse), Memory(self.schedule.memory))
 
     def ripe(self, state: al.State) -> bool:
         """Whether the coarse grid has said what it can."""
@@ -106,47 +121,62 @@ class Search:
         return replace(fresh, multipliers=multipliers, mu=state.mu, round=state.round)
 
     def race(self) -> Runner:
-        """The best of random starts, which come in batches: the winners of the batches run for the last place.
+        """The best of random starts: after every heat, the better ones go on.
 
-        Batches end early when the information is so easy to follow that one start is as good as another.
+        Starts come in batches, and no more come when the information is so easy to follow that one is as good as
+        another.
         """
         rng = np.random.default_rng([self.settings.seed, self.stream])
-        left = self.settings.starts or (MANY if self.problem.coarse is not None else FEW)
-        winners: list[Runner] = []
-        while left > 0 and (not winners or self.keep_going()):
-            batch = [self.start(rng) for _ in range(min(left, BATCH))]
-            left -= len(batch)
-            winners.append(self.knockout(batch, self.schedule.heat))
-            if winners[-1][0].E <= EASY:
+        starts = self.settings.starts or (MANY if self.problem.coarse is not None else FEW)
+        if starts == 1:
+            return self.start(rng)
+        runners: list[Runner] = []
+        while len(runners) < starts and (not runners or self.keep_going()):
+            batch = [self.start(rng) for _ in range(min(starts - len(runners), BATCH))]
+            runners += self.heat(batch, HEATS[0].rounds)
+            if min(runner.state.E for runner in runners) <= EASY:
                 break
-        return self.knockout(winners, 2 * self.schedule.heat)
+        field = len(runners)
+        for share, rounds in HEATS[1:]:
+            runners = sorted(runners, key=lambda runner: runner.merit)[: max(1, round(share * field))]
+            if len(runners) > 1 and self.keep_going():
+                runners = self.heat(runners, rounds)
+        return min(runners, key=lambda runner: runner.merit)
 
     def start(self, rng: np.random.Generator) -> Runner:
         """A random first guess."""
         modes, (_, robots, nu) = self.lagrangian.modes, self.lagrangian.problem.dynamics.controls_shape
         z = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
-        return al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory)
+        return Runner(al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory))
 
-    def knockout(self, runners: list[Runner], heat: int) -> Runner:
-        """The best of some: after every heat of as many rounds, then twice as many, the best quarter goes on."""
-        while len(runners) > 1 and self.keep_going():
-            runners = [self.heat(*runner, heat, len(runners)) for runner in runners]
-            runners.sort(key=lambda runner: al.merit(self.lagrangian, runner[0]))
-            runners = runners[: max(1, len(runners) // 4)]
-            heat *= 2
-        return runners[0]
+    def heat(self, runners: list[Runner], rounds: int) -> list[Runner]:
+        """Runners after as many rounds; as they were if there was no time for any of them."""
+        phase = f"best of {len(runners)} starts"
+        if not stackable(self.lagrangian.problem):
+            return [self.alone(runner, rounds, phase) for runner in runners]
+        lanes = min(len(runners), LANES)
+        if self.stack is None or self.stack.swarms != lanes:
+            self.stack = Stack(self.lagrangian.problem, lanes)
+        ran, evaluations = run_lanes(self.stack, runners, rounds, self.schedule, self.keep_going)
+        self.lagrangian.evaluations += evaluations
+        ran = [runner._replace(state=al.measured(self.lagrangian, runner.state)) for runner in ran]
+        for runner in ran:
+            self.record(runner.state, phase)
+        return ran or runners
 
-    def heat(self, state: al.State, memory: Memory, rounds: int, field: int) -> Runner:
-        """A few rounds of one of ``field`` runners."""
+    def alone(self, runner: Runner, rounds: int, phase: str) -> Runner:
+        """A few rounds of one runner whose problem cannot be stacked."""
+        state, memory, _ = runner
         for _ in range(rounds):
             if not self.keep_going():
                 break
             state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
-            self.record(state, f"best of {field} starts")
-        return state, memory
+            self.record(state, phase)
+        return Runner(state, memory, al.merit(self.lagrangian, state))
 
-    def rounds(self, state: al.State, memory: Memory) -> al.State:
+    def rounds(self, runner: Runner) -> al.State:
         """Rounds until done, interrupted or out of time."""
+        state, memory, _ = runner
         while self.keep_going() and not al.terminate(state, self.schedule):
             state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
             self.record(state, f"round {state.round}")
@@ -155,7 +185,7 @@ class Search:
     def without_preferences(self, guess: al.State) -> Runner:
         """Once more from ``guess``, asking only for what is required: preferences may be what stands in the way."""
         self.lagrangian.constraints = self.problem.constraints
-        return al.init(self.lagrangian, guess.z, self.schedule), Memory(self.schedule.memory)
+        return Runner(al.init(self.lagrangian, guess.z, self.schedule), Memory(self.schedule.memory))
 
     @property
     def feasible(self) -> bool:
@@ -255,16 +285,16 @@ def _violations(constraints: tuple[Constraint, ...], motion: Motion) -> tuple[Vi
 
 def search_cold(search: Search) -> SolveOutcome:
     """A search from random starts, to its end."""
-    return _to_the_end(search, *search.cold())
+    return _to_the_end(search, search.cold())
 
 
 def search_warm(search: Search, initial: Plan) -> SolveOutcome:
     """A search from a plan given, to its end."""
-    return _to_the_end(search, *search.warm(initial))
+    return _to_the_end(search, search.warm(initial))
 
 
-def _to_the_end(search: Search, guess: al.State, memory: Memory) -> SolveOutcome:
-    last = search.rounds(guess, memory)
+def _to_the_end(search: Search, runner: Runner) -> SolveOutcome:
+    last = search.rounds(runner)
     if search.problem.preferences and not search.feasible and search.keep_going():
-        last = search.rounds(*search.without_preferences(guess))
+        last = search.rounds(search.without_preferences(runner.state))
     return search.finish(last)

@@ -11,7 +11,7 @@ from planner.indicators import indicators
 from planner.problem import Margins, build_problem
 from planner.solver.augmented_lagrangian import Schedule
 from planner.solver.coarse import refined_controls, refined_multipliers
-from planner.solver.lbfgs import Memory, Point, line_search, minimise
+from planner.solver.lbfgs import Memory, Point, answered, line_search, minimise
 from planner.solver.result import SolveStatus
 from planner.solver.solve import solve
 from tests.planner.problems import box, imec, robots, small
@@ -69,21 +69,21 @@ class TestLBFGS:
         start = start_of(rosenbrock, np.array([-1.2, 1.0, 0.7]))
         direction = -start.g
         slope = float(start.g @ direction)
-        found = line_search(rosenbrock, start, direction, first_step)
+        found = answered(line_search(start, direction, first_step), rosenbrock)
         step = float((found.z - start.z) @ direction / (direction @ direction))
         assert found.f <= start.f + 1e-4 * step * slope
         assert abs(found.g @ direction) <= 0.9 * abs(slope)
 
     def test_uphill_is_refused(self):
         start = start_of(rosenbrock, np.array([-1.2, 1.0]))
-        assert line_search(rosenbrock, start, start.g, 1.0) is None
+        assert answered(line_search(start, start.g, 1.0), rosenbrock) is None
 
     def test_an_objective_without_a_value_is_backed_away_from(self):
         def barrier(z):
             value = float(z[0] - 1.0)
             return (math.inf, np.zeros(1)) if value <= 0.0 else (-math.log(value) + z[0], np.array([1.0 - 1.0 / value]))
 
-        found = line_search(barrier, start_of(barrier, np.array([9.0])), np.array([-1.0]), 50.0)
+        found = answered(line_search(start_of(barrier, np.array([9.0])), np.array([-1.0]), 50.0), barrier)
         assert 1.0 < found.z[0] < 9.0
 
     def test_it_stops_when_told(self):
@@ -250,9 +250,9 @@ def test_the_authors_problem_is_solved_better_than_by_the_authors():
     done = solve(build_problem(mission), SolverSettings(time_limit=120.0))
     found = indicators(mission, done.plan.t, done.plan.q)
     assert done.status is SolveStatus.CONVERGED
-    assert found.ergodicity <= 6e-4  # the authors' code: 1.987e-3, with limits missed by millimetres
+    assert found.ergodicity <= 4e-4  # the authors' code: 1.987e-3, with limits missed by millimetres
     assert found.all_met
     assert found.probability_worst >= 0.25
     assert found.smallest_separation >= 0.3
     assert found.smallest_clearance >= 0.0
-    assert done.plan.evaluations < 2000
+    assert done.plan.evaluations < 4500
