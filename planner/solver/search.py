@@ -29,9 +29,7 @@ from planner.solver.stack import Stack, stackable
 
 START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
 MANY, FEW = 48, 8  # starts by default, with a coarse grid to race on and without
-BATCH = 12  # starts that race before the next ones are tried
 LANES = 12  # starts that share evaluations at most
-EASY = 1e-4  # E of a batch's winner that makes more starts pointless
 RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
 
 
@@ -44,7 +42,8 @@ class Heat(NamedTuple):
 
 # Motions that differ at the start end in different minima. Who leads early mostly wins: the rank correlation with the
 # final E is 0.5 after 8 rounds, 0.7 after 16, 0.85 after 28.
-HEATS = (Heat(1.0, 4), Heat(0.6, 4), Heat(0.3, 8), Heat(0.12, 12), Heat(0.04, 12))
+COARSE_HEATS = (Heat(1.0, 4), Heat(0.6, 4), Heat(0.3, 8), Heat(0.12, 12), Heat(0.04, 12))
+HEATS = (Heat(1.0, 4), Heat(0.25, 8))
 
 
 @dataclass
@@ -121,23 +120,12 @@ class Search:
         return replace(fresh, multipliers=multipliers, mu=state.mu, round=state.round)
 
     def race(self) -> Runner:
-        """The best of random starts: after every heat, the better ones go on.
-
-        Starts come in batches, and no more come when the information is so easy to follow that one is as good as
-        another.
-        """
+        """The best of random starts: after every heat, the better ones go on."""
         rng = np.random.default_rng([self.settings.seed, self.stream])
-        starts = self.settings.starts or (MANY if self.problem.coarse is not None else FEW)
-        if starts == 1:
-            return self.start(rng)
-        runners: list[Runner] = []
-        while len(runners) < starts and (not runners or self.keep_going()):
-            batch = [self.start(rng) for _ in range(min(starts - len(runners), BATCH))]
-            runners += self.heat(batch, HEATS[0].rounds)
-            if min(runner.state.E for runner in runners) <= EASY:
-                break
-        field = len(runners)
-        for share, rounds in HEATS[1:]:
+        cheap = self.problem.coarse is not None
+        field, heats = self.settings.starts or (MANY if cheap else FEW), COARSE_HEATS if cheap else HEATS
+        runners = [self.start(rng) for _ in range(field)]
+        for share, rounds in heats:
             runners = sorted(runners, key=lambda runner: runner.merit)[: max(1, round(share * field))]
             if len(runners) > 1 and self.keep_going():
                 runners = self.heat(runners, rounds)
