@@ -80,9 +80,9 @@ def make_flight_plan(
         )
         if outcome.plan is None:
             raise NoFeasiblePlan(outcome)
-        initial = outcome.plan
+        initial = _continued(outcome.plan, initial)
         try:
-            attempt = _realise(mission, outcome.plan, margins)
+            attempt = _realise(mission, initial, margins)
         except TrajectoryError as error:  # the plan bends more than the polynomials can follow within the limits
             failure: PlannerError = error
             margins = replace(margins, acceleration=margins.acceleration + STIFFER)
@@ -92,6 +92,13 @@ def make_flight_plan(
         failure = CertificateFailed(attempt.certificate)
         margins = _grown(margins, attempt.certificate)
     raise failure
+
+
+def _continued(plan: Plan, before: Plan | None) -> Plan:
+    """The plan with what was spent on the one it started from."""
+    if before is None:
+        return plan
+    return replace(plan, evaluations=plan.evaluations + before.evaluations, seconds=plan.seconds + before.seconds)
 
 
 def versions() -> dict[str, str]:
