@@ -135,7 +135,7 @@ def _separation(e: Evidence) -> Iterator[Finding]:
     if math.isfinite(clearance := e.separation.clearance):
         level = Level.FAIL if clearance < -SEPARATION_ALLOWANCE else Level.WARN
         level = Level.PASS if clearance >= -CLEARANCE_ALLOWANCE else level
-        text = f"smallest obstacle clearance {clearance:.3f} m; allowed: {-CLEARANCE_ALLOWANCE:.2f} m, for tracking"
+        text = f"smallest obstacle clearance {clearance * 1e3:.1f} mm; tracking may take {CLEARANCE_ALLOWANCE * 1e3:.0f} mm"
         yield Finding(level, "obstacle", text)
 
 
