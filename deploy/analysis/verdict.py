@@ -135,7 +135,8 @@ def _separation(e: Evidence) -> Iterator[Finding]:
     if math.isfinite(clearance := e.separation.clearance):
         level = Level.FAIL if clearance < -SEPARATION_ALLOWANCE else Level.WARN
         level = Level.PASS if clearance >= -CLEARANCE_ALLOWANCE else level
-        text = f"smallest obstacle clearance {clearance * 1e3:.1f} mm; tracking may take {CLEARANCE_ALLOWANCE * 1e3:.0f} mm"
+        taken = f"tracking may take {CLEARANCE_ALLOWANCE * 1e3:.0f} mm"
+        text = f"smallest obstacle clearance {clearance * 1e3:.1f} mm; {taken}"
         yield Finding(level, "obstacle", text)
 
 
