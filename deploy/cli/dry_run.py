@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from deploy.cli.types import Subparsers
-    from planner.flightplan import FlightPlan
 
 
 def add_parser(commands: Subparsers) -> None:
@@ -29,16 +28,20 @@ def add_parser(commands: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Plan if need be, rehearse, report."""
     from deploy.cli.flying import print_outcome, watched
-    from deploy.cli.planning import print_plan
+    from deploy.cli.planning import plan_mission, print_plan
     from deploy.cli.reporting import print_analysis, write_report
     from deploy.flightlog.reader import read_log
+    from deploy.planfile import read_plan, write_plan
     from deploy.rehearsal import rehearse
 
-    flight_plan = _plan(args)
+    planned = args.source.suffix not in {".yaml", ".yml"}
+    flight_plan = read_plan(args.source) if planned else plan_mission(args.source)
     if flight_plan is None:
         return 1
     folder: Path = args.output or Path("out") / flight_plan.mission.name
     folder.mkdir(parents=True, exist_ok=True)
+    if not planned:
+        write_plan(folder / "plan.mcap", flight_plan)
     if not args.json:
         print_plan(flight_plan)
     log_path = folder / "flight.mcap"
@@ -52,21 +55,6 @@ def run(args: argparse.Namespace) -> int:
     target = folder / "report.html"
     analysis = write_report(read_log(log_path), target)
     return print_analysis(analysis, target, as_json=args.json)
-
-
-def _plan(args: argparse.Namespace) -> FlightPlan | None:
-    from deploy.cli.planning import plan_mission
-    from deploy.planfile import read_plan, write_plan
-
-    source: Path = args.source
-    if source.suffix not in {".yaml", ".yml"}:
-        return read_plan(source)
-    flight_plan = plan_mission(source)
-    if flight_plan is not None:
-        folder: Path = args.output or Path("out") / flight_plan.mission.name
-        folder.mkdir(parents=True, exist_ok=True)
-        write_plan(folder / "plan.mcap", flight_plan)
-    return flight_plan
 
 
 def _speed(text: str) -> float | None:

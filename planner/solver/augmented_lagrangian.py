@@ -20,8 +20,8 @@ from planner.constraints.base import Constraint
 from planner.dynamics import Motion
 from planner.solver.lagrangian import Lagrangian, Sample
 from planner.solver.lbfgs import Memory, Point, minimise
+from planner.solver.misses import METRE_TOLERANCE
 
-METRE_TOLERANCE = 1e-3  # [m] what one tolerance of any unit is worth when violations are compared
 ROUGH = 5.0  # tolerances of violation below which it is worked out exactly
 
 

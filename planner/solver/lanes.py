@@ -15,8 +15,9 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.dynamics import Motion
-from planner.solver.augmented_lagrangian import METRE_TOLERANCE, Schedule, State
+from planner.solver.augmented_lagrangian import Schedule, State
 from planner.solver.lbfgs import Asking, Memory, Point, descend
+from planner.solver.misses import METRE_TOLERANCE
 from planner.solver.stack import Stack, StackValue
 
 GRADIENT_TOLERANCE = 1e-6

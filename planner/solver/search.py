@@ -14,8 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from missions.schema import SolverSettings
-from planner.constraints.base import Constraint
-from planner.dynamics import Motion
 from planner.plan import Plan
 from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
@@ -23,7 +21,8 @@ from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lagrangian import Lagrangian
 from planner.solver.lanes import Runner, run_lanes
 from planner.solver.lbfgs import Memory
-from planner.solver.result import Progress, SolveOutcome, SolveStatus, Violation
+from planner.solver.misses import METRE_TOLERANCE, violations
+from planner.solver.result import Progress, SolveOutcome, SolveStatus
 from planner.solver.scaling import scaled_modes
 from planner.solver.stack import Stack, stackable
 
@@ -107,7 +106,7 @@ class Search:
 
     def ripe(self, state: al.State) -> bool:
         """Whether the coarse grid has said what it can."""
-        near = max(state.violation, state.preference) <= RIPE * al.METRE_TOLERANCE
+        near = max(state.violation, state.preference) <= RIPE * METRE_TOLERANCE
         return near or al.terminate(state, self.schedule)
 
     def refined(self, state: al.State, coarse: Lagrangian) -> al.State:
@@ -178,7 +177,7 @@ class Search:
     @property
     def feasible(self) -> bool:
         """Whether the best motion so far meets every limit."""
-        return self.best is not None and self.best.state.violation <= al.METRE_TOLERANCE
+        return self.best is not None and self.best.state.violation <= METRE_TOLERANCE
 
     def keep_going(self) -> bool:
         """Whether there is time left and nobody interrupted."""
@@ -194,8 +193,8 @@ class Search:
     def record(self, state: al.State, phase: str) -> None:
         """Keep the best on the problem's own grid, tell the world."""
         key = (
-            max(state.violation, al.METRE_TOLERANCE),
-            max(state.preference, al.METRE_TOLERANCE),
+            max(state.violation, METRE_TOLERANCE),
+            max(state.preference, METRE_TOLERANCE),
             state.E,
         )
         if self.lagrangian.problem is self.problem and (self.best is None or key < self.best.key):
@@ -223,11 +222,11 @@ class Search:
     def finish(self, last: al.State) -> SolveOutcome:
         """Outcome of the best motion seen."""
         best = self.best.state if self.best is not None else last
-        feasible = best.violation <= al.METRE_TOLERANCE
+        feasible = best.violation <= METRE_TOLERANCE
         status = self._status(feasible, al.settled(last, self.schedule))
         if feasible:
             return SolveOutcome(self._plan(best), status, (), tuple(self.history))
-        missed = _violations(self.problem.constraints, best.motion)
+        missed = violations(self.problem.constraints, best.motion)
         return SolveOutcome(None, status, missed, tuple(self.history))
 
     def _status(self, feasible: bool, settled: bool) -> SolveStatus:
@@ -255,20 +254,6 @@ class Search:
             evaluations=self.evaluations,
             seconds=time.process_time() - self.cpu_start,
         )
-
-
-def _violations(constraints: tuple[Constraint, ...], motion: Motion) -> tuple[Violation, ...]:
-    """The worst miss of each constraint that is missed, largest (in tolerances) first."""
-    missed = []
-    for constraint in constraints:
-        amounts = constraint.violation(motion)
-        index = np.unravel_index(int(np.argmax(amounts)), amounts.shape)
-        amount = float(amounts[index])
-        if amount > constraint.tolerance:
-            place = constraint.place(tuple(int(i) for i in index))
-            violation = Violation(constraint.name, place.where, amount, constraint.unit, place.time)
-            missed.append((amount / constraint.tolerance, violation))
-    return tuple(violation for _, violation in sorted(missed, key=lambda item: -item[0]))
 
 
 def search_cold(search: Search) -> SolveOutcome:
