@@ -1,10 +1,7 @@
 """What the analysis says of flights whose truth is known."""
 
 import dataclasses
-import importlib.util
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,16 +15,7 @@ from deploy.errors import LogFileError
 from deploy.flightlog.reader import Event, Series, read_log
 from planner.indicators import ergodic_metric
 from planner.trajectory.encode import decode
-
-
-def load(name):
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-synthetic = load("synthetic_flight")
+from tests.deploy import synthetic_flight as synthetic
 
 
 @pytest.fixture(scope="module")

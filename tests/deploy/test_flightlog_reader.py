@@ -1,24 +1,11 @@
 """Logs that were cut or damaged: what can be saved is saved, and nothing ends in a traceback."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from deploy.errors import LogFileError
 from deploy.flightlog.reader import read_log
-
-
-def load(name):
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-synthetic = load("synthetic_flight")
+from tests.deploy import synthetic_flight as synthetic
 
 
 def read_or_refuse(path):

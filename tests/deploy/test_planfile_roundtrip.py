@@ -1,9 +1,6 @@
 """Plan files: nothing gets lost, and nothing gets changed unnoticed."""
 
 import dataclasses
-import importlib.util
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,16 +8,7 @@ import pytest
 from deploy.errors import PlanFileError
 from deploy.flightlog.container import check_intact
 from deploy.planfile import layout, plan_bytes, read_plan, read_plan_bytes, write_plan
-
-
-def load(name):
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-synthetic = load("synthetic_flight")
+from tests.deploy import synthetic_flight as synthetic
 
 
 @pytest.fixture(scope="module")

@@ -2,14 +2,11 @@
 
 import dataclasses
 import html
-import importlib.util
 import json
 import re
 import shutil
 import subprocess
-import sys
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +15,7 @@ from deploy.analysis.analyse import analyse
 from deploy.flightlog.reader import read_log
 from deploy.report.build import build_report
 from deploy.report.packing import script_json, thin
+from tests.deploy import synthetic_flight as synthetic
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
@@ -51,16 +49,6 @@ addEventListener("load", () => {
   }, 1500);
 });
 </script>"""
-
-
-def load(name):
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-synthetic = load("synthetic_flight")
 
 
 @pytest.fixture(scope="module")
