@@ -183,7 +183,7 @@ def _link_checks(drone: DroneFacts) -> list[PreflightCheck]:
 
 def _machine_checks(plan: FlightPlan, drone: DroneFacts) -> list[PreflightCheck]:
     robot, word, least = drone.robot, drone.supervisor, plan.mission.flight.battery_minimum
-    size = len(plan.trajectories[robot].data)
+    size = plan.trajectories[robot].memory
     known = not math.isnan(drone.voltage)
     usable = word is not None and not word.fault and (word.ready or word.bits & 1 == 1)
     return [

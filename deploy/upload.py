@@ -6,13 +6,13 @@ from deploy.errors import UploadError
 from deploy.radio import highlevel
 from deploy.radio.drone import Drone
 from deploy.radio.memory import TRAJECTORY
-from planner.trajectory.encoded import EncodedTrajectory, Encoding
+from planner.trajectory.encoded import EncodedTrajectory, Leg
 
 TRAJECTORY_ID = 1
 
 
 def upload(drone: Drone, trajectory: EncodedTrajectory) -> None:
-    """Write a trajectory at address 0, read all of it back, compare, and define it as :data:`TRAJECTORY_ID`.
+    """Write a trajectory's bytes, read all of them back, compare, and define them as :data:`TRAJECTORY_ID`.
 
     Never in flight: the firmware flies from this very memory. Blocks; every packet has a deadline.
 
@@ -21,17 +21,19 @@ def upload(drone: Drone, trajectory: EncodedTrajectory) -> None:
         CommandRefused: the drone has no trajectory memory, or refuses the definition.
         LinkError: it stopped answering.
     """
-    memory = drone.memory(TRAJECTORY)
-    data = trajectory.data
-    if len(data) > memory.size:
-        raise UploadError(f"{drone.name}: the trajectory has {len(data)} bytes, its memory {memory.size}")
-    drone.write_memory(memory, 0, data)
-    held = drone.read_memory(memory, 0, len(data))
+    _upload_leg(drone, trajectory.legs[0], TRAJECTORY_ID)
+
+
+def _upload_leg(drone: Drone, leg: Leg, identifier: int) -> None:
+    memory, data = drone.memory(TRAJECTORY), leg.data
+    if leg.end > memory.size:
+        raise UploadError(f"{drone.name}: the trajectory needs {leg.end} bytes of its memory, which has {memory.size}")
+    drone.write_memory(memory, leg.offset, data)
+    held = drone.read_memory(memory, leg.offset, len(data))
     if held != data:
         first = next(i for i, (a, b) in enumerate(zip(data, held, strict=True)) if a != b)
         wrong = sum(a != b for a, b in zip(data, held, strict=True))
         raise UploadError(
             f"{drone.name}: {wrong} of {len(data)} bytes read back differ from what was written, first at {first}"
         )
-    kind = 1 if trajectory.encoding is Encoding.COMPRESSED else 0
-    drone.ask(highlevel.define_trajectory(TRAJECTORY_ID, kind, 0, trajectory.pieces))
+    drone.ask(highlevel.define_trajectory(identifier, leg.encoding.value, leg.offset, leg.pieces))

@@ -16,7 +16,7 @@ As a library, from a mission to a plan that is certified as the bytes that fly::
 
     flight = make_flight_plan(mission)        # the same, then polynomials, bytes, certificate
     assert flight.certificate.passed
-    bytes_of = {name: len(t.data) for name, t in flight.trajectories.items()}
+    bytes_of = {name: t.size for name, t in flight.trajectories.items()}
 
 Names are imported when they are first used, so that importing the package costs nothing. NumPy's thread count is the
 caller's: the planner sets none.

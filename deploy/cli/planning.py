@@ -61,7 +61,7 @@ def summary(flight_plan: FlightPlan) -> dict[str, object]:
         "all_met": found.all_met,
         "smallest_separation_m": found.smallest_separation,
         "smallest_clearance_m": found.smallest_clearance,
-        "bytes": {name: len(t.data) for name, t in flight_plan.trajectories.items()},
+        "bytes": {name: t.size for name, t in flight_plan.trajectories.items()},
         "pieces": {name: t.pieces for name, t in flight_plan.trajectories.items()},
         "seconds": flight_plan.plan.seconds,
         "evaluations": flight_plan.plan.evaluations,
@@ -91,7 +91,7 @@ def print_plan(flight_plan: FlightPlan) -> None:
         rows.append(
             (
                 f"bytes for {name}",
-                f"{len(encoded.data)} of 4096, {encoded.pieces} pieces, {encoded.encoding.name.lower()}",
+                f"{encoded.size} of 4096, {encoded.pieces} pieces, {encoded.legs[0].encoding.name.lower()}",
             )
         )
     table(f"{mission.name}: plan", ("figure", "value"), rows)

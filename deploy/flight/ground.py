@@ -127,9 +127,7 @@ def upload_all(flight: Flight) -> None:
     """Certified bytes into every drone, read back. Raises FleetError."""
     trajectories = flight.plan.trajectories
     flight.fleet.each("uploading", lambda drone: upload(drone, trajectories[drone.name]), flight.tick)
-    flight.event(
-        "upload", "all trajectories read back equal", value=float(sum(len(t.data) for t in trajectories.values()))
-    )
+    flight.event("upload", "all trajectories read back equal", value=float(sum(t.size for t in trajectories.values())))
     flight.enter(Phase.UPLOADED)
 
 

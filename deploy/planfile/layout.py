@@ -7,8 +7,8 @@ attachment                       content
 ``files/<name>``                 every file the mission names, under the name written there
 ``plan.json``                    the plan's figures (E, violation, seed, effort)
 ``plan/<t|q|v|u>.npy``           the plan's arrays
-``trajectories.json``            per robot, in order: name, encoding, pieces, why
-``trajectories/<robot>.bin``     the bytes that fly
+``trajectories.json``            per robot, in order: name; per leg: encoding, pieces, offset, why
+``trajectories/<robot>.<k>.bin`` the bytes of leg k (from 0), as they fly
 ``certificate.json``             what was checked, and of which bytes
 ===============================  ====================================================================
 
@@ -24,9 +24,14 @@ import math
 from collections.abc import Mapping
 
 PROFILE = "ergoflie-plan"
-FORMAT = 1  # raised when readers of the previous format could misread a file
+FORMAT = 2  # raised when readers of the previous format could misread a file
 METADATA = "ergoflie.plan"
 ARRAYS = ("t", "q", "v", "u")
+
+
+def leg_file(robot: str, number: int) -> str:
+    """Attachment that holds the bytes of a robot's leg."""
+    return f"trajectories/{robot}.{number}.bin"
 
 
 def contents_sha256(attachments: Mapping[str, bytes]) -> str:

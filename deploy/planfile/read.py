@@ -12,7 +12,7 @@ import numpy as np
 
 from deploy.errors import PlanFileError
 from deploy.flightlog.container import Contents, DamagedError, check_intact
-from deploy.planfile.layout import ARRAYS, FORMAT, METADATA, PROFILE, contents_sha256, load
+from deploy.planfile.layout import ARRAYS, FORMAT, METADATA, PROFILE, contents_sha256, leg_file, load
 from missions.arrays import Array
 from missions.errors import MissionError
 from missions.loader import parse_mission
@@ -21,7 +21,7 @@ from planner.certificate.record import Certificate, Check, Indicators, PairConne
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
 from planner.trajectory.encode import decode
-from planner.trajectory.encoded import EncodedTrajectory, Encoding
+from planner.trajectory.encoded import EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
 
 SIZE_LIMIT = 1 << 30  # bytes; a plan file of a hundred robots is a few MB
@@ -139,7 +139,16 @@ def _trajectories(files: Mapping[str, bytes]) -> dict[str, EncodedTrajectory]:
     rows: Any = load(files["trajectories.json"])
     return {
         row["robot"]: EncodedTrajectory(
-            Encoding[row["encoding"]], files[f"trajectories/{row['robot']}.bin"], row["pieces"], row["reason"]
+            tuple(
+                Leg(
+                    Encoding[leg["encoding"]],
+                    files[leg_file(row["robot"], number)],
+                    leg["pieces"],
+                    leg["offset"],
+                    leg["reason"],
+                )
+                for number, leg in enumerate(row["legs"])
+            )
         )
         for row in rows
     }

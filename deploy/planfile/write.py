@@ -15,10 +15,11 @@ from mcap.writer import CompressionType, Writer
 from deploy.errors import PlanFileError
 from deploy.flightlog.encode import NANOSECONDS, pose_in_frame, to_json
 from deploy.flightlog.topics import find_topic, json_schema
-from deploy.planfile.layout import ARRAYS, FORMAT, METADATA, PROFILE, contents_sha256, dump
+from deploy.planfile.layout import ARRAYS, FORMAT, METADATA, PROFILE, contents_sha256, dump, leg_file
 from missions.arrays import Array
 from planner.flightplan import FlightPlan
 from planner.trajectory.encode import decode
+from planner.trajectory.encoded import Leg
 
 VIEWER_RATE = 10.0  # Hz of the poses a viewer plays
 
@@ -67,8 +68,7 @@ def _attachments(flight_plan: FlightPlan) -> dict[str, bytes]:
         raise PlanFileError(f"mission '{flight_plan.mission.name}' has no source text; load it from a file")
     figures = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan) if field.name not in ARRAYS}
     rows = [
-        {"robot": name, "encoding": item.encoding.name, "pieces": item.pieces, "reason": item.reason}
-        for name, item in flight_plan.trajectories.items()
+        {"robot": name, "legs": [_leg(leg) for leg in item.legs]} for name, item in flight_plan.trajectories.items()
     ]
     return {
         "mission.yaml": source.text.encode(),
@@ -76,9 +76,17 @@ def _attachments(flight_plan: FlightPlan) -> dict[str, bytes]:
         "plan.json": dump(figures),
         **{f"plan/{name}.npy": _npy(getattr(plan, name)) for name in ARRAYS},
         "trajectories.json": dump(rows),
-        **{f"trajectories/{name}.bin": item.data for name, item in flight_plan.trajectories.items()},
+        **{
+            leg_file(name, number): leg.data
+            for name, item in flight_plan.trajectories.items()
+            for number, leg in enumerate(item.legs)
+        },
         "certificate.json": dump(dataclasses.asdict(flight_plan.certificate)),
     }
+
+
+def _leg(leg: Leg) -> dict[str, object]:
+    return {"encoding": leg.encoding.name, "pieces": leg.pieces, "offset": leg.offset, "reason": leg.reason}
 
 
 def _metadata(flight_plan: FlightPlan, attachments: Mapping[str, bytes]) -> dict[str, str]:

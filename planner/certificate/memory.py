@@ -41,7 +41,7 @@ def decoded(name: str, encoded: EncodedTrajectory) -> PiecewisePolynomial:
 def memory_checks(name: str, encoded: EncodedTrajectory, duration: float, horizon: float) -> list[Check]:
     """Bytes, pieces and duration against memory and mission."""
     checks = [
-        Check("memory", len(encoded.data), MEMORY_SIZE, "bytes", "<=", len(encoded.data) <= MEMORY_SIZE, name),
+        Check("memory", encoded.memory, MEMORY_SIZE, "bytes", "<=", encoded.memory <= MEMORY_SIZE, name),
         Check(
             "duration",
             abs(duration - horizon),
@@ -53,6 +53,7 @@ def memory_checks(name: str, encoded: EncodedTrajectory, duration: float, horizo
             tolerance=DURATION_TOLERANCE,
         ),
     ]
-    if encoded.encoding is Encoding.POLY4D:
-        checks.append(Check("pieces", encoded.pieces, MAX_PIECES, "", "<=", encoded.pieces <= MAX_PIECES, name))
+    for leg in encoded.legs:
+        if leg.encoding is Encoding.POLY4D:
+            checks.append(Check("pieces", leg.pieces, MAX_PIECES, "", "<=", leg.pieces <= MAX_PIECES, name))
     return checks

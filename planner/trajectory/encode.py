@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from missions.schema import TrajectorySettings
 from planner.trajectory.compressed import decode_compressed, encode_compressed
-from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding
+from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
-from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.trajectory.piecewise import PiecewisePolynomial, concatenated
 from planner.trajectory.poly4d import MAX_PIECES, decode_poly4d, encode_poly4d
 
 _DEFAULTS = TrajectorySettings()
@@ -29,17 +29,22 @@ def encode(trajectory: PiecewisePolynomial, settings: TrajectorySettings = _DEFA
         data, encoding = encode_compressed(trajectory), Encoding.COMPRESSED
         why = "asked for" if wanted == "compressed" else f"more than the {MAX_PIECES} pieces poly4d has room for"
     reason = f"{encoding.name.lower()} ({why}): {trajectory.pieces} pieces, {len(data)} of {MEMORY_SIZE} bytes"
-    return EncodedTrajectory(encoding, data, trajectory.pieces, reason)
+    return EncodedTrajectory((Leg(encoding, data, trajectory.pieces, 0, reason),))
 
 
 def decode(encoded: EncodedTrajectory) -> PiecewisePolynomial:
-    """What the firmware will fly, from the bytes alone.
+    """What the firmware will fly, leg after leg without a pause, from the bytes alone.
 
     Raises:
-        TrajectoryError: the bytes are no trajectory of that format and piece count.
+        TrajectoryError: the bytes of a leg are no trajectory of its format and piece count.
     """
-    if encoded.encoding is Encoding.POLY4D:
-        return decode_poly4d(encoded.data, encoded.pieces)
-    if encoded.encoding is Encoding.COMPRESSED:
-        return decode_compressed(encoded.data, encoded.pieces)
-    raise TrajectoryError(f"unknown encoding {encoded.encoding!r}; known: {', '.join(e.name for e in Encoding)}")
+    return concatenated([decode_leg(leg) for leg in encoded.legs])
+
+
+def decode_leg(leg: Leg) -> PiecewisePolynomial:
+    """What the firmware will fly of one leg, from the bytes alone. Raises TrajectoryError."""
+    if leg.encoding is Encoding.POLY4D:
+        return decode_poly4d(leg.data, leg.pieces)
+    if leg.encoding is Encoding.COMPRESSED:
+        return decode_compressed(leg.data, leg.pieces)
+    raise TrajectoryError(f"unknown encoding {leg.encoding!r}; known: {', '.join(e.name for e in Encoding)}")

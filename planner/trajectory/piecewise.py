@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,3 +70,10 @@ class PiecewisePolynomial:
         if derivative:
             out[(t < 0.0) | (t > knots[-1])] = 0.0
         return out
+
+
+def concatenated(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
+    """Trajectories flown one right after another, as one; at least one."""
+    return PiecewisePolynomial(
+        np.concatenate([part.durations for part in parts]), np.concatenate([part.coefficients for part in parts])
+    )

@@ -20,6 +20,7 @@ from deploy.radio.supervisor import Supervisor
 from deploy.rehearsal import rehearse
 from missions.loader import load_mission
 from tests.deploy.flight_bench import SHIFT, STARTS, At, fly_on, small_mission, small_plan, stage
+from tests.tampering import altered
 
 PLAN = small_plan()
 MISSION_STARTS_ABOUT = 5.0  # s of flight clock
@@ -196,7 +197,8 @@ def test_swapped_drones_stay_on_the_ground(bench):
 def test_an_edited_byte_never_reaches_a_drone(bench, monkeypatch):
     monkeypatch.setattr(Drone, "connect", lambda *_: pytest.fail("connected"))
     encoded = PLAN.trajectories["cf1"]
-    edited = dataclasses.replace(encoded, data=encoded.data[:-1] + bytes([encoded.data[-1] ^ 1]))
+    data = encoded.legs[0].data
+    edited = altered(encoded, data=data[:-1] + bytes([data[-1] ^ 1]))
     outcome, _, _ = bench(dataclasses.replace(PLAN, trajectories={**PLAN.trajectories, "cf1": edited}))
     assert isinstance(outcome, PreflightError)
     assert "the bytes of cf1 are not those that were certified" in str(outcome)

@@ -9,6 +9,7 @@ from deploy.errors import PlanFileError
 from deploy.flightlog.container import check_intact
 from deploy.planfile import layout, plan_bytes, read_plan, read_plan_bytes, write_plan
 from tests.deploy import synthetic_flight as synthetic
+from tests.tampering import altered
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def test_any_cut_is_refused(plan):
 def test_a_certificate_for_other_bytes_is_refused(plan):
     name = plan.mission.robots[0].name
     other = dict(plan.trajectories)
-    other[name] = dataclasses.replace(other[name], data=other[name].data[:-1] + b"\1")
+    other[name] = altered(other[name], data=other[name].legs[0].data[:-1] + b"\1")
     with pytest.raises(PlanFileError, match="other trajectories"):
         read_plan_bytes(plan_bytes(dataclasses.replace(plan, trajectories=other)))
     certificate = dataclasses.replace(plan.certificate, mission_sha256="0" * 64)
@@ -85,9 +86,9 @@ def test_a_failed_certificate_is_read_as_failed():
 
 
 def test_a_newer_format_is_refused_by_name(plan, monkeypatch):
-    monkeypatch.setattr("deploy.planfile.write.FORMAT", 2)
+    monkeypatch.setattr("deploy.planfile.write.FORMAT", 99)
     data = plan_bytes(plan)
-    with pytest.raises(PlanFileError, match="format '2'"):
+    with pytest.raises(PlanFileError, match="format '99'"):
         read_plan_bytes(data)
 
 

@@ -10,6 +10,7 @@ from deploy.preflight import DroneFacts, PreflightReport, check_fleet, check_log
 from deploy.radio.drone import LinkState
 from deploy.radio.supervisor import Supervisor
 from tests.deploy.flight_bench import STARTS, small_plan
+from tests.tampering import altered
 
 PLAN = small_plan()
 UP = LinkState(latency=5.0, quality=100.0, rssi=40.0)
@@ -85,7 +86,8 @@ def test_the_log_has_to_be_written():
 def test_an_edited_byte_a_swap_and_a_failed_certificate_are_found():
     assert [c.result for c in check_plan(PLAN)] == ["pass", "pass"]
     encoded = PLAN.trajectories["cf1"]
-    other = dataclasses.replace(encoded, data=bytes([encoded.data[0] ^ 1]) + encoded.data[1:])
+    data = encoded.legs[0].data
+    other = altered(encoded, data=bytes([data[0] ^ 1]) + data[1:])
     edited = dataclasses.replace(PLAN, trajectories={**PLAN.trajectories, "cf1": other})
     assert [c.result for c in check_plan(edited)] == ["pass", "failure"]
     a, b = PLAN.trajectories.values()

@@ -26,9 +26,10 @@ from planner.certificate.errors import CertificateError
 from planner.trajectory.bezier import control_points as to_points
 from planner.trajectory.bezier import power_coefficients
 from planner.trajectory.encode import decode, encode
-from planner.trajectory.encoded import EncodedTrajectory, Encoding
+from planner.trajectory.encoded import EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.piecewise import PiecewisePolynomial
+from tests.tampering import altered
 
 PIECES, SECONDS = 5, 10.0
 STARTS = {"a": (0.5, 0.5), "b": (0.5, 1.0)}
@@ -275,7 +276,7 @@ def test_foreign_and_missing_robots_are_refused():
 
 def test_broken_bytes_are_refused_with_the_robots_name():
     bytes_ = good()
-    cut = dataclasses.replace(bytes_["b"], data=bytes_["b"].data[:-1])
+    cut = altered(bytes_["b"], data=bytes_["b"].legs[0].data[:-1])
     with pytest.raises(TrajectoryError, match=r"robot b: .*bytes"):
         certify(mission(), {**bytes_, "b": cut})
 
@@ -284,7 +285,7 @@ def test_broken_bytes_are_refused_with_the_robots_name():
 @given(st.data())
 def test_garbage_is_refused_or_judged_but_never_crashes(data):
     raw = data.draw(st.binary(min_size=132, max_size=132))
-    garbage = EncodedTrajectory(Encoding.POLY4D, raw, 1)
+    garbage = EncodedTrajectory((Leg(Encoding.POLY4D, raw, 1),))
     try:
         certificate = certify(mission(), {**good(), "a": garbage})
     except TrajectoryError:
@@ -296,10 +297,10 @@ def test_a_certificate_belongs_to_its_bytes_and_its_mission():
     bytes_ = good()
     certificate = certify(mission(), bytes_)
     verify(certificate, bytes_, mission())
-    data = bytearray(bytes_["a"].data)
+    data = bytearray(bytes_["a"].legs[0].data)
     data[40] ^= 1
     with pytest.raises(CertificateError, match="bytes of a are not"):
-        verify(certificate, {**bytes_, "a": dataclasses.replace(bytes_["a"], data=bytes(data))})
+        verify(certificate, {**bytes_, "a": altered(bytes_["a"], data=bytes(data))})
     with pytest.raises(CertificateError, match="certificate is for"):
         verify(certificate, {"a": bytes_["a"]})
     with pytest.raises(CertificateError, match="bytes of a, b"):

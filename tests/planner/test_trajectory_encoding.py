@@ -1,6 +1,5 @@
 """Bytes: laws of both encodings, and refusal of anything that is no trajectory."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -13,10 +12,11 @@ from missions.schema import TrajectorySettings
 from planner.trajectory.bezier import control_points, power_coefficients
 from planner.trajectory.compressed import END_MARKER, decode_compressed, encode_compressed
 from planner.trajectory.encode import decode, encode
-from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding
+from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.poly4d import MAX_PIECES, PIECE_SIZE, decode_poly4d, encode_poly4d
+from tests.tampering import altered
 
 COMPRESSED = TrajectorySettings(encoding="compressed")
 
@@ -129,7 +129,7 @@ def test_compressed_curves_stay_smooth(seed, seconds):
 
 
 def test_compressed_spends_no_bytes_on_what_stands_still():
-    encoded = encode(smooth(pieces=6), COMPRESSED)
+    encoded = encode(smooth(pieces=6), COMPRESSED).legs[0]
     assert len(encoded.data) == 8 + 6 * (3 + 2 * 14) + 3
     assert encoded.data.endswith(END_MARKER)
 
@@ -182,12 +182,13 @@ def test_compressed_garbage_is_refused_or_flies_as_said(data, pieces):
 def test_cut_or_lengthened_bytes_are_refused(trajectory, data):
     for settings in (TrajectorySettings(encoding="poly4d"), COMPRESSED):
         encoded = encode(trajectory, settings)
-        cut = data.draw(st.integers(0, len(encoded.data) - 1))
-        for wrong in (encoded.data[:cut], encoded.data + b"\0\0\0"):
+        held = encoded.legs[0].data
+        cut = data.draw(st.integers(0, len(held) - 1))
+        for wrong in (held[:cut], held + b"\0\0\0"):
             with pytest.raises(TrajectoryError):
-                decode(dataclasses.replace(encoded, data=wrong))
+                decode(altered(encoded, data=wrong))
         with pytest.raises(TrajectoryError):
-            decode(dataclasses.replace(encoded, pieces=encoded.pieces + 1))
+            decode(altered(encoded, pieces=encoded.pieces + 1))
 
 
 # ------------------------------------------------------------------------------------------------ the choice
@@ -195,18 +196,26 @@ def test_cut_or_lengthened_bytes_are_refused(trajectory, data):
 
 def test_auto_prefers_float32_while_it_fits():
     short, long = encode(smooth(pieces=31)), encode(smooth(pieces=32))
-    assert (short.encoding, long.encoding) == (Encoding.POLY4D, Encoding.COMPRESSED)
+    assert (short.legs[0].encoding, long.legs[0].encoding) == (Encoding.POLY4D, Encoding.COMPRESSED)
     assert "31 pieces, 4092 of 4096 bytes" in short.reason
     assert "more than the 31 pieces" in long.reason
 
 
 def test_the_hash_covers_bytes_pieces_and_encoding_but_not_words():
     one = encode(smooth())
-    assert one.sha256 == dataclasses.replace(one, reason="other words").sha256
+    (leg,) = one.legs
+    assert one.sha256 == altered(one, reason="other words").sha256
+    cut = len(leg.data) // 2
     others = [
-        EncodedTrajectory(Encoding.COMPRESSED, one.data, one.pieces),
-        EncodedTrajectory(one.encoding, one.data, one.pieces + 1),
-        EncodedTrajectory(one.encoding, bytes([one.data[0] ^ 1]) + one.data[1:], one.pieces),
+        altered(one, encoding=Encoding.COMPRESSED),
+        altered(one, pieces=leg.pieces + 1),
+        altered(one, offset=2048),
+        altered(one, data=bytes([leg.data[0] ^ 1]) + leg.data[1:]),
+        EncodedTrajectory((leg, leg)),
+        EncodedTrajectory((leg, Leg(leg.encoding, leg.data[:cut], leg.pieces))),
+        EncodedTrajectory((Leg(leg.encoding, leg.data[:cut], leg.pieces), leg)),
     ]
-    assert len({one.sha256, *(other.sha256 for other in others)}) == 4
-    assert len(one.data) <= MEMORY_SIZE
+    assert len({one.sha256, *(other.sha256 for other in others)}) == len(others) + 1
+    assert one.memory == one.size == len(leg.data) <= MEMORY_SIZE
+    with pytest.raises(ValueError, match="at least one leg"):
+        EncodedTrajectory(())
