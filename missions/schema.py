@@ -28,7 +28,7 @@ from missions.dynamics import SingleIntegratorModel as SingleIntegratorModel
 from missions.fields import NAME
 from missions.fields import Vector as Vector
 from missions.fields import field as field
-from missions.mappings import FrozenMapping
+from missions.flight import Flight as Flight
 from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
@@ -176,45 +176,6 @@ class Robot:
     )
     limits: RobotLimits = field("where it differs from the mission's limits", default=RobotLimits())
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
-
-
-@dataclass(frozen=True)
-class Flight:
-    """Everything around the search: heights, durations, on-board settings, rates."""
-
-    altitude: float = field(
-        "height of the search above the floor (2-D workspaces)",
-        unit="m",
-        above=0.0,
-        at_most=10.0,
-        default=0.6,
-    )
-    takeoff_duration: float = field("time to climb to the altitude", unit="s", at_least=0.5, at_most=30.0, default=3.0)
-    landing_duration: float = field("time to descend to the floor", unit="s", at_least=0.5, at_most=30.0, default=3.0)
-    transfer_speed: float = field(
-        "mean speed of moves to the start points", unit="m/s", above=0.0, at_most=3.0, default=0.3
-    )
-    settle_time: float = field(
-        "hover before the search starts and before landing", unit="s", at_least=0.0, at_most=60.0, default=2.0
-    )
-    airframe: str = field("an airframe of airframes.yaml", default="cf21")
-    controller: Literal["pid", "mellinger"] = field("on-board controller", default="mellinger")
-    pose_rate: float = field("external poses sent to each drone", unit="Hz", at_least=5.0, at_most=200.0, default=50.0)
-    log_rate: float = field("rate of the drones' own telemetry", unit="Hz", at_least=1.0, at_most=100.0, default=10.0)
-    battery_minimum: float = field(
-        "least battery voltage for take-off", unit="V", at_least=2.8, at_most=4.3, default=3.7
-    )
-    geofence_margin: float = field(
-        "how far outside the workspace a drone may be before all land",
-        unit="m",
-        at_least=0.05,
-        at_most=10.0,
-        default=0.3,
-    )
-    tracking_limit: float = field("tracking error at which all land", unit="m", above=0.0, at_most=5.0, default=0.3)
-    parameters: Mapping[str, float] = field(
-        "further on-board parameters to set, 'group.name: value'", default=FrozenMapping()
-    )
 
 
 @dataclass(frozen=True)
