@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -14,7 +15,7 @@ from missions.schema import field
 from missions.yamltree import MappingNode, parse_yaml
 
 _THRUST_COMMAND_MAX = 65535  # uint16 of the firmware's motor commands
-_GRAVITY = 9.81  # [m/s²], the firmware's GRAVITY_MAGNITUDE
+GRAVITY = 9.81  # [m/s²], the firmware's GRAVITY_MAGNITUDE
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class Airframe:
     motor_tau_down: float = field("time constant of falling thrust", unit="s", above=0.0)
     drag: tuple[float, ...] = field("linear drag x, y, z of the body frame", unit="N s/m", at_least=0.0, items=(3, 3))
     tilt_limit: float = field("largest comfortable tilt", unit="rad", above=0.0, below=1.57)
+    rate_limit: tuple[float, ...] = field("largest rates about body x, y, z", unit="rad/s", above=0.0, items=(3, 3))
     speed_limit: float = field("largest speed a mission may ask for", unit="m/s", above=0.0)
     acceleration_limit: float = field("largest acceleration a mission may ask for", unit="m/s²", above=0.0)
     battery_capacity: float = field("charge of a full battery", unit="mAh", above=0.0)
@@ -46,9 +48,14 @@ class Airframe:
         return self.motor_thrust_max / _THRUST_COMMAND_MAX
 
     @property
+    def hover_tilt(self) -> float:
+        """Tilt at which all motors at full command just hold the height [rad]."""
+        return math.acos(min(1.0 / self.thrust_to_weight, 1.0))
+
+    @property
     def thrust_to_weight(self) -> float:
         """Thrust of all motors at full command over the weight."""
-        return 4.0 * self.motor_thrust_max / (self.mass * _GRAVITY)
+        return 4.0 * self.motor_thrust_max / (self.mass * GRAVITY)
 
 
 @functools.cache

@@ -100,16 +100,36 @@ def _take(best: Array, when: Array, group: Index, values: Array, times: Array) -
     when[group[hits][::-1]] = times[hits][::-1]
 
 
+def product(a: Array, b: Array) -> Array:
+    """Bernstein coefficients (..., n+m+1) of the product of (..., n+1) and (..., m+1)."""
+    n, m = a.shape[-1] - 1, b.shape[-1] - 1
+    out = np.zeros((*np.broadcast_shapes(a.shape[:-1], b.shape[:-1]), n + m + 1))
+    _add_convolution(out, a * _binomials(n), b * _binomials(m))
+    result: Array = out / _binomials(n + m)
+    return result
+
+
 def square_sum(points: Array) -> Array:
     """Σ_axes p²: Bernstein coefficients (..., 2n+1) of degree 2n from (..., axes, n+1) of degree n."""
     n = points.shape[-1] - 1
     weighted = points * _binomials(n)
     out = np.zeros((*points.shape[:-2], 2 * n + 1))
     for axis in np.moveaxis(weighted, -2, 0):  # sums over an axis of three are slow
-        for i in range(n + 1):
-            out[..., i : i + n + 1] += axis[..., i : i + 1] * axis
-    product: Array = out / _binomials(2 * n)
-    return product
+        _add_convolution(out, axis, axis)
+    result: Array = out / _binomials(2 * n)
+    return result
+
+
+def _add_convolution(out: Array, a: Array, b: Array) -> None:
+    """Add Σ_i a_i b_(k-i) to out_k, along the last axis."""
+    width = b.shape[-1]
+    for i in range(a.shape[-1]):
+        out[..., i : i + width] += a[..., i : i + 1] * b
+
+
+def elevate(points: Array, by: int) -> Array:
+    """The same polynomials (..., n+1) in a degree that is higher: (..., n+1+by)."""
+    return product(points, np.ones(by + 1))
 
 
 def derivative(points: Array, durations: Array) -> Array:

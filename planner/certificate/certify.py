@@ -16,6 +16,7 @@ from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
 from planner.certificate import motion, places
+from planner.certificate.airframe import airframe_checks
 from planner.certificate.checks import check, value_of, worst
 from planner.certificate.connectivity import connection_checks, gather, period_boundaries
 from planner.certificate.errors import CertificateError
@@ -42,7 +43,7 @@ def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> 
         trajectories: the bytes by robot name: exactly the mission's robots.
 
     Returns:
-        The certificate; ``passed`` says whether every check did.
+        The certificate; ``passed`` says whether nothing fails.
 
     Raises:
         CertificateError: the robots are not the mission's.
@@ -98,6 +99,7 @@ def _robot_checks(mission: Mission, robot: int, flown: PiecewisePolynomial) -> l
     return [
         *places.of_robot(mission, robot, flown),
         *_envelope_checks(mission, robot, flown),
+        *airframe_checks(mission, robot, flown),
         *_smoothness_checks(mission.robots[robot].name, flown),
     ]
 

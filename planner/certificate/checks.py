@@ -19,10 +19,11 @@ def check(
     where: str = "",
     time: float | None = None,
     tolerance: float = 0.0,
+    severity: Literal["failure", "warning"] = "failure",
 ) -> Check:
     """A check that passes if value stands to limit as it should, up to the tolerance."""
     passed = value <= limit + tolerance if relation == "<=" else value >= limit - tolerance
-    return Check(name, float(value), float(limit), unit, relation, bool(passed), where, time, tolerance)
+    return Check(name, float(value), float(limit), unit, relation, bool(passed), where, time, tolerance, severity)
 
 
 def room(name: str, value: float, where: str, time: float | None = None, limit: float = 0.0) -> Check:
@@ -35,14 +36,9 @@ def worst(checks: Iterable[Check]) -> list[Check]:
     found: dict[str, Check] = {}
     for item in checks:
         held = found.get(item.name)
-        if held is None or badness(item) > badness(held):
+        if held is None or item.margin < held.margin:
             found[item.name] = item
     return list(found.values())
-
-
-def badness(item: Check) -> float:
-    """How far a value is on the wrong side of its limit, in the check's unit."""
-    return item.value - item.limit if item.relation == "<=" else item.limit - item.value
 
 
 def value_of(checks: Iterable[Check], name: str) -> float:

@@ -24,9 +24,9 @@ class Worst:
     time: float
 
 
-def largest_speed(trajectory: PiecewisePolynomial) -> Worst:
-    """Largest speed [m/s], Euclidean."""
-    points = control_points(trajectory.coefficients[:, _POSITION], trajectory.durations)
+def largest_speed(trajectory: PiecewisePolynomial, axes: slice = _POSITION) -> Worst:
+    """Largest speed [m/s], Euclidean over the axes."""
+    points = control_points(trajectory.coefficients[:, axes], trajectory.durations)
     squares = square_sum(derivative(points, trajectory.durations))  # (M, 13)
     knots = trajectory.knots()
     group = np.zeros(len(squares), dtype=np.intp)

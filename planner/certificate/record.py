@@ -14,10 +14,11 @@ class Check:
         name: what was checked, e.g. ``separation``.
         value: worst value found. limit: what is allowed. unit: of both.
         relation: how value has to stand to limit.
-        passed: whether it does.
+        passed: whether it does, up to the tolerance.
         where: robot, pair or obstacle it was found at.
         time: time of the worst value [s] since the start of the search; None if it has none.
         tolerance: how far value may be on the wrong side of limit and still pass (numerics, not safety).
+        severity: a ``failure`` voids the certificate; a ``warning`` is advice: worse flying, not danger.
     """
 
     name: str
@@ -29,6 +30,17 @@ class Check:
     where: str = ""
     time: float | None = None
     tolerance: float = 0.0
+    severity: Literal["failure", "warning"] = "failure"
+
+    @property
+    def margin(self) -> float:
+        """How far the value is on the right side of the limit, in the check's unit; negative on the wrong one."""
+        return self.limit - self.value if self.relation == "<=" else self.value - self.limit
+
+    @property
+    def fails(self) -> bool:
+        """Whether this check voids the certificate."""
+        return not self.passed and self.severity == "failure"
 
 
 @dataclass(frozen=True)
@@ -88,5 +100,15 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether every check passed."""
-        return all(check.passed for check in self.checks)
+        """Whether no check fails; warnings do not count."""
+        return not self.failures
+
+    @property
+    def failures(self) -> tuple[Check, ...]:
+        """Checks that void the certificate."""
+        return tuple(check for check in self.checks if check.fails)
+
+    @property
+    def warnings(self) -> tuple[Check, ...]:
+        """Advice that was not met."""
+        return tuple(check for check in self.checks if not check.passed and not check.fails)
