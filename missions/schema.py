@@ -32,6 +32,7 @@ from missions.flight import Flight as Flight
 from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
+from missions.radio import Radio as Radio
 
 # ------------------------------------------------------------------------------------------------ where and when
 
@@ -251,6 +252,7 @@ class Mission:
     flight: Flight = field("take-off, rates, on-board settings", default=Flight())
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())
     solver: SolverSettings = field("how to search for a plan", default=SolverSettings())
+    radio: Radio = field("what the radio carries, and how punctual it is", default=Radio())
     source: MissionSource | None = dataclasses.field(
         default=None, repr=False, compare=False, metadata={"internal": True}
     )

@@ -16,6 +16,7 @@ from missions import dynamics
 from missions.airframes import Airframe, airframe
 from missions.arrays import Array
 from missions.errors import MissionError
+from missions.radio import drones_sharing
 from missions.schema import Gaussian, GaussianMixtureMap, Mission
 from missions.uris import check_uri, same_drone
 from missions.validate_connectivity import check_connectivity
@@ -25,6 +26,7 @@ from missions.validate_shapes import check_shapes
 ErrorAt = Callable[[str, str], MissionError]
 MAX_STEPS = 36_000
 _PARAMETER = re.compile(r"[A-Za-z0-9_]{1,26}\.[A-Za-z0-9_]{1,26}")
+_RADIO_SHARED = "radio.drones_per_dongle"
 _OUTSIDE_SIGMAS = 6.0
 
 
@@ -48,6 +50,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     _check_identities(mission, error)
     check_places(mission, frame, error)
     _check_parameters(mission, error)
+    _check_radio(mission, error)
     check_connectivity(mission, error)
 
 
@@ -168,6 +171,13 @@ def _check_parameters(mission: Mission, error: ErrorAt) -> None:
     for name in mission.flight.parameters:
         if not _PARAMETER.fullmatch(name):
             raise error("allowed: 'group.name' of an on-board parameter", f"flight.parameters.{name[:60]!r}")
+
+
+def _check_radio(mission: Mission, error: ErrorAt) -> None:
+    stated, shared = mission.radio.drones_per_dongle, max(drones_sharing(mission.robots))
+    known = any(robot.uri for robot in mission.robots)
+    if stated is not None and known and stated < shared:
+        raise error(f"got {stated}; allowed: at least {shared}, as many as share one by their URIs", _RADIO_SHARED)
 
 
 def _at(index: int, field: str) -> str:

@@ -87,6 +87,16 @@ STRUCTURE = [
 ]
 
 MEANING = [
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nradio: {packet_rate: 10.0}",
+        r"radio\.packet_rate: got 10\.0; allowed: at least 50, at most 5000 \[1/s\]",
+    ),
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nradio: {drones_per_dongle: 3}",
+        r"radio\.drones_per_dongle: got 3; allowed: at least 4, as many as share one by their URIs",
+    ),
     ("  duration: 30.0", "  duration: 30.05", r"a whole multiple of dt = 0\.1, e\.g\. 30 or 30\.1"),
     ("  duration: 30.0", "  duration: 0.1", r"got 1 steps of 0\.1 s; allowed: 2 to"),
     ("  dt: 0.1", "  dt: 1e-5", r"steps of 1e-05 s; allowed: 2 to"),
