@@ -98,11 +98,9 @@ class DroneFacts:
 
 def check_plan(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
     """The certificate passes and belongs to these very bytes and this mission."""
-    failed = [check for check in plan.certificate.checks if not check.passed]
-    text = ", ".join(f"{check.name} {check.where}".strip() for check in failed) or "passed"
-    passed = _judge(
-        "certificate", "", plan.certificate.passed and not failed, text, "every check passed", "plan the mission again"
-    )
+    failures = plan.certificate.failures
+    text = ", ".join(f"{check.name} {check.where}".strip() for check in failures) or "passed"
+    passed = _judge("certificate", "", not failures, text, "every check passed", "plan the mission again")
     try:
         verify(plan.certificate, plan.trajectories, plan.mission)
         found = "these bytes, this mission"

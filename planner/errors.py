@@ -79,7 +79,7 @@ class CertificateFailed(PlannerError):
 
     def __init__(self, certificate: Certificate) -> None:
         self.certificate = certificate
-        failed = [check for check in certificate.checks if not check.passed]
+        failed = certificate.failures
         shown = "; ".join(
             f"{check.name} {check.value:.4g} {check.unit} (limit {check.limit:.4g}) {check.where}".rstrip()
             for check in failed[:3]

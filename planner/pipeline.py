@@ -142,9 +142,7 @@ def _grown(margins: Margins, certificate: Certificate) -> Margins:
     Raises:
         CertificateFailed: a check failed that no margin guards.
     """
-    for check in certificate.checks:
-        if check.passed:
-            continue
+    for check in certificate.failures:
         if check.name not in _GUARDS:
             raise CertificateFailed(certificate)
         name, missed = _GUARDS[check.name]

@@ -178,7 +178,7 @@ def certificate_table(analysis: FlightAnalysis) -> str:
     """What was proved of the bytes before they flew."""
     rows = [
         [
-            "✓" if check.passed else "✕",
+            "✕" if check.fails else "✓" if check.passed else "!",
             check.name,
             f"{check.value:.4g} {check.unit}",
             _limit(check),
