@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import math
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,7 @@ from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 END_MARKER = b"\0\0\0"
+LEG_OVERHEAD = 8 + len(END_MARKER)  # bytes besides segments: where the first one starts, and the marker
 LONGEST_PIECE = 65.535  # [s], uint16 ms
 FARTHEST = 32.767  # [m], int16 mm
 
@@ -43,6 +45,19 @@ def encode_compressed(trajectory: PiecewisePolynomial) -> bytes:
         TrajectoryError: coordinates beyond ±32.767 m or yaw beyond ±3276.7°, a piece shorter than 1 ms or longer
             than 65.535 s, more than 4096 bytes.
     """
+    starts, segments = compressed_segments(trajectory)
+    data = compressed_leg(starts[0], segments)
+    if len(data) > MEMORY_SIZE:
+        raise TrajectoryError(f"compressed: {len(data)} bytes; the trajectory memory holds {MEMORY_SIZE}")
+    return data
+
+
+def compressed_segments(trajectory: PiecewisePolynomial) -> tuple[list[tuple[int, ...]], list[bytes]]:
+    """The integers x, y, z, yaw that every segment starts at, and the segments' bytes; however many they are.
+
+    Raises:
+        TrajectoryError: as :func:`encode_compressed`, but for the size.
+    """
     milliseconds = np.diff(np.rint(trajectory.knots() * 1e3))
     if (milliseconds < 1).any() or (milliseconds > 0xFFFF).any():
         worst = float(trajectory.durations[np.argmax((milliseconds < 1) | (milliseconds > 0xFFFF))])
@@ -54,17 +69,19 @@ def encode_compressed(trajectory: PiecewisePolynomial) -> bytes:
             f"compressed: a control point at {worst:g} m or rad; allowed are ±{FARTHEST} m and ±3276.7°"
         )
     axes = [_round_axis(ideal[:, axis], milliseconds) for axis in range(4)]
-    starts = [int(axis[0][0]) for axis in axes]
-    parts = [struct.pack("<4h", *starts)]
+    starts, segments = [], []
     for piece, duration in enumerate(milliseconds):
         curves = [axis[piece] for axis in axes]
         types = sum(_DEGREES.index(len(curve) - 1) << (2 * axis) for axis, curve in enumerate(curves))
         points = [int(point) for curve in curves for point in curve[1:]]
-        parts.append(struct.pack(f"<BH{len(points)}h", types, int(duration), *points))
-    data = b"".join(parts) + END_MARKER
-    if len(data) > MEMORY_SIZE:
-        raise TrajectoryError(f"compressed: {len(data)} bytes; the trajectory memory holds {MEMORY_SIZE}")
-    return data
+        starts.append(tuple(int(curve[0]) for curve in curves))
+        segments.append(struct.pack(f"<BH{len(points)}h", types, int(duration), *points))
+    return starts, segments
+
+
+def compressed_leg(start: Sequence[int], segments: Sequence[bytes]) -> bytes:
+    """The bytes of segments that follow one another from a start, end marker included."""
+    return b"".join([struct.pack("<4h", *start), *segments, END_MARKER])
 
 
 def decode_compressed(data: bytes, pieces: int) -> PiecewisePolynomial:

@@ -2,34 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from missions.schema import TrajectorySettings
-from planner.trajectory.compressed import decode_compressed, encode_compressed
+from planner.trajectory.compressed import decode_compressed
 from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
+from planner.trajectory.legs import HALF, compressed_legs, poly4d_legs
 from planner.trajectory.piecewise import PiecewisePolynomial, concatenated
-from planner.trajectory.poly4d import MAX_PIECES, decode_poly4d, encode_poly4d
+from planner.trajectory.poly4d import MAX_PIECES, decode_poly4d
 
 _DEFAULTS = TrajectorySettings()
 
 
 def encode(trajectory: PiecewisePolynomial, settings: TrajectorySettings = _DEFAULTS) -> EncodedTrajectory:
-    """Encode a trajectory in the format the settings ask for.
+    """Encode a trajectory in the format the settings ask for, as one leg if the memory holds it.
 
     ``auto`` takes poly4d when the pieces fit, because float32 keeps micrometres where the compressed format rounds to
-    millimetres; the result's ``reason`` says which was taken and why.
+    millimetres; the result's ``reason`` says which was taken and why. What no memory holds becomes a chain of legs
+    that are uploaded in flight; ``auto`` compresses them, for the fewest switches.
 
     Raises:
-        TrajectoryError: it does not fit the format or the memory.
+        TrajectoryError: it does not fit the format.
     """
     wanted = settings.encoding
     if wanted == "poly4d" or (wanted == "auto" and trajectory.pieces <= MAX_PIECES):
-        data, encoding = encode_poly4d(trajectory), Encoding.POLY4D
+        legs = poly4d_legs(trajectory)
         why = "asked for" if wanted == "poly4d" else f"at most {MAX_PIECES} pieces, float32 accuracy"
     else:
-        data, encoding = encode_compressed(trajectory), Encoding.COMPRESSED
+        legs = compressed_legs(trajectory)
         why = "asked for" if wanted == "compressed" else f"more than the {MAX_PIECES} pieces poly4d has room for"
-    reason = f"{encoding.name.lower()} ({why}): {trajectory.pieces} pieces, {len(data)} of {MEMORY_SIZE} bytes"
-    return EncodedTrajectory((Leg(encoding, data, trajectory.pieces, 0, reason),))
+    size = sum(len(leg.data) for leg in legs)
+    room = f"of {MEMORY_SIZE} bytes" if len(legs) == 1 else f"bytes in {len(legs)} legs of at most {HALF}"
+    reason = f"{legs[0].encoding.name.lower()} ({why}): {trajectory.pieces} pieces, {size} {room}"
+    return EncodedTrajectory(tuple(replace(leg, reason=reason) for leg in legs))
 
 
 def decode(encoded: EncodedTrajectory) -> PiecewisePolynomial:

@@ -30,6 +30,11 @@ def encode_poly4d(trajectory: PiecewisePolynomial) -> bytes:
             f"poly4d: {trajectory.pieces} pieces need {trajectory.pieces * PIECE_SIZE} bytes; "
             f"the trajectory memory holds {MAX_PIECES} pieces in {MEMORY_SIZE} bytes"
         )
+    return encode_pieces(trajectory)
+
+
+def encode_pieces(trajectory: PiecewisePolynomial) -> bytes:
+    """Encode all pieces, whether one memory holds them or not. Raises TrajectoryError: as :func:`encode_poly4d`."""
     numbers = np.concatenate(
         [trajectory.coefficients.reshape(trajectory.pieces, 32), trajectory.durations[:, None]], axis=1
     )
