@@ -9,6 +9,11 @@ import numpy as np
 from missions.arrays import Array, frozen
 from missions.schema import Mission
 
+# Half height of the ellipsoid round two Crazyflies in which the upper one's downwash disturbs the lower one [m]:
+# half axes of 0.12 m aside and 0.3 m down for each of them (Hönig et al., Trajectory Planning for Quadrotor Swarms,
+# IEEE T-RO 2018).
+DOWNWASH = 0.6
+
 
 def starts(mission: Mission) -> Array:
     """(N, ν) where the searches start [m]."""
@@ -65,3 +70,26 @@ def in_space(mission: Mission, q: Array) -> Array:
         return np.asarray(q, dtype=np.float64)
     z = np.broadcast_to(altitudes(mission), q.shape[:-1])
     return np.concatenate([q, z[..., None]], axis=-1)
+
+
+def pads(mission: Mission) -> Array:
+    """(N, 2) where everybody takes off [m]: under the start unless the mission says otherwise."""
+    return frozen([(robot.pad or robot.start)[:2] for robot in mission.robots])
+
+
+def transfer_scale(mission: Mission) -> float:
+    """As :func:`vertical_scale`, on the way to the search and back, where downwash counts whatever the search says."""
+    limits = mission.limits
+    return limits.separation / (limits.vertical_separation or max(DOWNWASH, limits.separation))
+
+
+def fence(mission: Mission) -> tuple[Array, Array]:
+    """Lower and upper corner (3,) of the box around floor, workspace, pads and starts, heights included [m].
+
+    Nobody may be farther outside than ``flight.geofence_margin``.
+    """
+    places = np.concatenate(
+        [np.array([mission.workspace.lower[:2], mission.workspace.upper[:2]]), pads(mission), starts(mission)[:, :2]]
+    )
+    top = float(altitudes(mission).max()) if mission.dimension == 2 else mission.workspace.upper[2]
+    return frozen([*places.min(axis=0), 0.0]), frozen([*places.max(axis=0), top])

@@ -1,0 +1,106 @@
+"""Stage 4c: the way to the search and back, from the mission and the ends of the trajectories.
+
+Everybody rises at once to the height of his start, over his pad; flies to his start; searches; flies back over his pad
+if the mission says so; and everybody lands at once. Rising and landing together needs no order, for pads are apart; the
+moves between are made in :mod:`planner.transfer.waves`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from missions import fleet
+from missions.arrays import Array
+from missions.schema import Mission
+from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.transfer.scene import survey
+from planner.transfer.waves import waves
+from planner.transfers import Move, Passage, Transfers
+
+PEAK_SPEED, PEAK_ACCELERATION = 2.1875, 7.5132  # of a rest-to-rest move: × d/T and × d/T² (protocol notes B1)
+SHORTEST = 1.5  # [s] of a move
+PAUSE = 0.5  # [s] between waves: for tracking to catch up
+
+
+def plan_transfers(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> Transfers:
+    """All moves of a flight.
+
+    Args:
+        mission: whose.
+        flown: what the bytes fly, by robot name.
+
+    Raises:
+        TransferError: there is no safe way for a robot; one line that names it and what is in its way.
+    """
+    names = [robot.name for robot in mission.robots]
+    starts = np.stack([flown[name].evaluate(np.zeros(1))[0, :3] for name in names])
+    ends = np.stack([flown[name].evaluate(np.array([flown[name].duration]))[0, :3] for name in names])
+    approach = plan_approach(mission, starts)
+    over = np.column_stack([fleet.pads(mission), ends[:, 2]]) if mission.flight.return_to == "pads" else ends
+    back = plan_moves(mission, ends, over)
+    return Transfers(
+        take_off=_together(
+            names, np.column_stack([fleet.pads(mission), starts[:, 2]]), mission.flight.takeoff_duration
+        ),
+        approach=approach,
+        back=back,
+        landing=_together(names, over * np.array([1.0, 1.0, 0.0]), mission.flight.landing_duration),
+    )
+
+
+def plan_approach(mission: Mission, starts: Array) -> Passage:
+    """Moves from above the pads to the starts (N, 3) [m]; known before the search is planned. Raises TransferError."""
+    return plan_moves(mission, np.column_stack([fleet.pads(mission), starts[:, 2]]), starts)
+
+
+def plan_moves(mission: Mission, begin: Array, goal: Array, *, hurried: bool = False) -> Passage:
+    """Moves of robots that hover at (N, 3) and go to (N, 3) [m].
+
+    Args:
+        mission: what is in the way.
+        begin: where they hover.
+        goal: where they go.
+        hurried: after an abort: whatever distances they have are accepted.
+
+    Raises:
+        TransferError: no safe way was found.
+    """
+    scene = survey(mission, begin, goal, hurried=hurried)
+    return _timed(mission, begin, waves(scene, begin, goal))
+
+
+def _timed(mission: Mission, begin: Array, flown: Sequence[Array]) -> Passage:
+    """Waves one after another, each as fast as the mission allows the one who flies farthest."""
+    moves: dict[str, list[Move]] = {robot.name: [] for robot in mission.robots}
+    clock, here = 0.0, begin
+    for there in flown:
+        moving = np.flatnonzero((there != here).any(axis=1))
+        lasting = _duration(mission, there - here)
+        for k in moving.tolist():
+            moves[mission.robots[k].name].append(Move(_vec3(there[k]), clock, lasting))
+        clock, here = clock + lasting + PAUSE, there
+    return {name: tuple(items) for name, items in moves.items() if items}
+
+
+def _duration(mission: Mission, way: Array) -> float:
+    """Whole milliseconds [s] that straight moves (N, 3) [m] need to keep mean speed, peak speed, acceleration."""
+    distance = np.linalg.norm(way, axis=1)
+    needed = [
+        SHORTEST,
+        *(distance / mission.flight.transfer_speed),
+        *(PEAK_SPEED * distance / fleet.speeds(mission)),
+        *np.sqrt(PEAK_ACCELERATION * np.abs(way).max(axis=1) / fleet.accelerations(mission)),
+    ]
+    return math.ceil(1000.0 * float(max(needed))) / 1000.0
+
+
+def _together(names: Iterable[str], targets: Array, lasting: float) -> Passage:
+    return {name: (Move(_vec3(target), 0.0, lasting),) for name, target in zip(names, targets, strict=True)}
+
+
+def _vec3(point: Array) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z

@@ -1,0 +1,149 @@
+"""Who moves when: everybody at once where that is safe, else in waves.
+
+In a wave some robots move, straight and for the same time, and the others hover. Robots that share their progress keep
+distance vectors that are linear in it, so whether a wave is safe is known in closed form. A wave takes whoever can come
+along; nobody stops for good where he would block somebody who still has to pass, unless there is no other way; and
+who cannot go on finds a new way around those that hover.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from missions.arrays import Array
+from planner.transfer.errors import TransferError
+from planner.transfer.paths import find_path, length
+from planner.transfer.scene import Scene
+
+_MOST_WAVES = 6  # for each robot; more means that robots chase each other around
+
+
+def waves(scene: Scene, begin: Array, goal: Array) -> list[Array]:
+    """Where everybody hovers after each wave.
+
+    Args:
+        scene: the surroundings.
+        begin: (N, 3) where everybody hovers [m].
+        goal: (N, 3) where everybody goes [m].
+
+    Returns:
+        (N, 3) points [m], one array a wave, the last one equal to ``goal``; none if everybody is there.
+
+    Raises:
+        TransferError: no safe way was found; names the robot and what is in its way.
+    """
+    if np.array_equal(begin, goal):
+        return []
+    direct = [not scene.blocked_by(k, begin[k], goal[k : k + 1])[0][0] for k in range(len(begin))]
+    if all(direct) and not any(scene.clash(begin, goal, goal[k], k) for k in range(len(begin))):
+        return [goal]
+    ways = [_way_around_things(scene, k, begin[k], goal[k]) for k in range(len(begin))]
+    farthest = sorted(range(len(begin)), key=lambda k: -length([begin[k], *ways[k]]))
+    failure: TransferError | None = None
+    for order in (farthest, farthest[::-1], range(len(begin))):
+        try:
+            return _Crossing(scene, begin, goal, ways, order).fly()
+        except TransferError as error:
+            failure = failure or error
+    assert failure is not None  # noqa: S101 - three orders were tried
+    raise failure
+
+
+def _way_around_things(scene: Scene, robot: int, begin: Array, goal: Array) -> list[Array]:
+    if np.array_equal(begin, goal):
+        return []
+    way = find_path(scene, robot, begin, goal)
+    if way is None:
+        _, thing = scene.blocked_by(robot, begin, goal[None])
+        raise TransferError(
+            f"{scene.names[robot]}: {thing} is in the way from {_show(begin)} to {_show(goal)} and there is no way "
+            "around it inside the geofence"
+        )
+    return list(way)
+
+
+class _Crossing:
+    """Waves in the making.
+
+    Args:
+        scene: the surroundings.
+        begin: (N, 3) [m]. goal: (N, 3) [m].
+        ways: points that are left to fly through, by robot.
+        order: who is asked first whether he can come along.
+    """
+
+    def __init__(
+        self, scene: Scene, begin: Array, goal: Array, ways: Sequence[Sequence[Array]], order: Iterable[int]
+    ) -> None:
+        self._scene, self._goal, self._order = scene, goal, list(order)
+        self._here = begin.copy()
+        self._ways = [list(way) for way in ways]
+
+    def fly(self) -> list[Array]:
+        """All waves. Raises TransferError."""
+        flown: list[Array] = []
+        while any(self._ways):
+            movers = self._movers(polite=True) or self._movers(polite=False) or self._detour()
+            if not movers or len(flown) >= _MOST_WAVES * len(self._order):
+                raise TransferError(self._stuck())
+            for k in movers:
+                self._here[k] = self._ways[k].pop(0)
+            flown.append(self._here.copy())
+        return flown
+
+    def _movers(self, *, polite: bool) -> list[int]:
+        """Who moves in the next wave; with ``polite``, nobody stops for good in somebody's way."""
+        movers: list[int] = []
+        there = self._here.copy()
+        added = True
+        while added:
+            added = False
+            for k in self._order:
+                if k in movers or not self._ways[k] or self._scene.clash(self._here, there, self._ways[k][0], k):
+                    continue
+                if polite and len(self._ways[k]) == 1 and self._in_the_way(k, movers):
+                    continue
+                movers.append(k)
+                there[k], added = self._ways[k][0], True
+        return movers
+
+    def _in_the_way(self, robot: int, movers: Sequence[int]) -> bool:
+        """Whether somebody who still has to pass would come too close to a robot that has arrived."""
+        for k, way in enumerate(self._ways):
+            left = [self._here[k], *way] if k not in movers else way  # movers fly their next point now
+            if k == robot or len(left) < 2:
+                continue
+            where = np.where(np.arange(len(self._goal))[:, None] == robot, self._goal, self._here)
+            if any(self._scene.near(k, a, b[None], [robot], where)[0] for a, b in itertools.pairwise(left)):
+                return True
+        return False
+
+    def _detour(self) -> list[int]:
+        """New ways around those that hover, for the first who finds one."""
+        for k in self._order:
+            if not self._ways[k]:
+                continue
+            others = [j for j in range(len(self._goal)) if j != k]
+            way = find_path(self._scene, k, self._here[k], self._goal[k], others, self._here)
+            if way is not None:
+                self._ways[k] = list(way)
+                return [k]
+        return []
+
+    def _stuck(self) -> str:
+        k = next(k for k in self._order if self._ways[k])
+        others = [j for j in range(len(self._goal)) if j != k]
+        begin, end = self._here[k], self._ways[k][0]
+        near = [j for j in others if self._scene.near(k, begin, end[None], [j], self._here)[0]]
+        who = ", ".join(self._scene.names[j] for j in near) or "somebody"
+        return (
+            f"{self._scene.names[k]}: {who} hovers in the way from {_show(begin)} to {_show(self._goal[k])} and nobody "
+            "can make room"
+        )
+
+
+def _show(point: Array) -> str:
+    return "(" + ", ".join(f"{value:.2f}" for value in point) + ")"
