@@ -33,11 +33,18 @@ def number(value: float) -> str:
     return f"{value:.4g}"
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, right: Sequence[int] = ()) -> None:
-    """Print a table; columns listed in ``right`` are right-aligned."""
+def table(
+    title: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    right: Sequence[int] = (),
+    whole: Sequence[int] = (),
+) -> None:
+    """Print a table; columns listed in ``right`` are right-aligned, those in ``whole`` never wrapped."""
     view = Table(title=title, title_justify="left", title_style="bold", header_style="bold", pad_edge=False)
     for index, column in enumerate(columns):
-        view.add_column(column, justify="right" if index in right else "left")
+        view.add_column(column, justify="right" if index in right else "left", no_wrap=index in whole)
     for row in rows:
         view.add_row(*row)
     out.print(view)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from deploy.cli.certificate import print_certificate
 from deploy.cli.console import err, number, out, table
 
 if TYPE_CHECKING:
-    from planner.certificate.record import Certificate, Check
     from planner.errors import NoFeasiblePlan
     from planner.flightplan import FlightPlan
     from planner.solver.result import Progress as SolverProgress
@@ -95,29 +95,6 @@ def print_plan(flight_plan: FlightPlan) -> None:
             )
         )
     table(f"{mission.name}: plan", ("figure", "value"), rows)
-
-
-def print_certificate(certificate: Certificate, *, only_failed: bool = False) -> None:
-    """The certificate, check by check."""
-    checks = [check for check in certificate.checks if not (only_failed and check.passed)]
-    rows = [
-        (
-            "[green]ok[/]" if check.passed else "[red]FAIL[/]",
-            check.name,
-            number(check.value),
-            _limit(check),
-            check.where,
-            "" if check.time is None else f"{check.time:.2f} s",
-        )
-        for check in checks
-    ]
-    table("certificate", ("", "check", "value", "limit", "where", "when"), rows, right=(2,))
-
-
-def _limit(check: Check) -> str:
-    """What is allowed, and the tolerance that numerics get on top."""
-    text = f"{'≤' if check.relation == '<=' else '≥'} {number(check.limit)} {check.unit}".strip()
-    return f"{text} ± {number(check.tolerance)}" if check.tolerance else text
 
 
 def print_violations(failure: NoFeasiblePlan) -> None:

@@ -20,7 +20,9 @@ from planner.certificate.airframe import airframe_checks
 from planner.certificate.checks import check, value_of, worst
 from planner.certificate.connectivity import connection_checks, gather, period_boundaries
 from planner.certificate.errors import CertificateError
+from planner.certificate.firmware import firmware_checks
 from planner.certificate.memory import decoded, memory_checks
+from planner.certificate.radio import radio_checks
 from planner.certificate.record import Certificate, Check, Indicators
 from planner.certificate.separation import closest_approaches
 from planner.indicators import indicators
@@ -62,6 +64,7 @@ def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> 
         *connection_checks(mission, evidence),
         *places.transitions(mission, flown),
         *worst(item for name in names for item in _memory(mission, name, trajectories[name], flown[name])),
+        *radio_checks(mission, trajectories),
     ]
     return Certificate(
         checks=tuple(checks),
@@ -133,7 +136,7 @@ def _smoothness_checks(name: str, flown: PiecewisePolynomial) -> list[Check]:
 
 
 def _memory(mission: Mission, name: str, encoded: EncodedTrajectory, flown: PiecewisePolynomial) -> list[Check]:
-    return memory_checks(name, encoded, flown.duration, mission.horizon.duration)
+    return [*memory_checks(name, encoded, flown.duration, mission.horizon.duration), *firmware_checks(name, flown)]
 
 
 # ------------------------------------------------------------------------------------------------ figures
