@@ -25,9 +25,12 @@ from planner.certificate.memory import decoded, memory_checks
 from planner.certificate.radio import radio_checks
 from planner.certificate.record import Certificate, Check, Indicators
 from planner.certificate.separation import closest_approaches
+from planner.certificate.switching import switching_checks
+from planner.certificate.transitions import transition_checks
 from planner.indicators import indicators
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.transfers import Transfers
 
 SHARE_TOLERANCE = 0.01  # of speed and acceleration limits
 JUMP_LIMITS = (1e-3, 0.01, 0.1)  # [m], [m/s], [m/s²] at joints: what rounding may leave, far below what is felt
@@ -37,18 +40,21 @@ REST_LIMITS = (0.005, 0.05)  # [m/s], [m/s²] at both ends
 _SAMPLES_PER_STEP = 4
 
 
-def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> Certificate:
+def certify(
+    mission: Mission, trajectories: Mapping[str, EncodedTrajectory], transfers: Transfers | None = None
+) -> Certificate:
     """Check the bytes against the mission.
 
     Args:
         mission: what is allowed.
         trajectories: the bytes by robot name: exactly the mission's robots.
+        transfers: the moves before and after; without them only the search is certified, which cannot be flown.
 
     Returns:
         The certificate; ``passed`` says whether nothing fails.
 
     Raises:
-        CertificateError: the robots are not the mission's.
+        CertificateError: the robots are not the mission's, or move in more than one way at once.
         TrajectoryError: a robot's bytes are no trajectory.
     """
     names = [robot.name for robot in mission.robots]
@@ -62,27 +68,32 @@ def certify(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> 
         *places.separation(mission, list(flown.values()), approaches),
         *worst(item for k, name in enumerate(names) for item in _robot_checks(mission, k, flown[name])),
         *connection_checks(mission, evidence),
-        *places.transitions(mission, flown),
+        *(transition_checks(mission, transfers, flown) if transfers else ()),
         *worst(item for name in names for item in _memory(mission, name, trajectories[name], flown[name])),
         *radio_checks(mission, trajectories),
+        *switching_checks(mission, trajectories, flown),
     ]
     return Certificate(
         checks=tuple(checks),
         indicators=replace(evidence.found, smallest_clearance=value_of(checks, "obstacles")),
         mission_sha256=mission.source.sha256 if mission.source else "",
         trajectories_sha256=tuple((name, trajectories[name].sha256) for name in names),
+        transfers_sha256=transfers.sha256 if transfers else "",
     )
 
 
 def verify(
-    certificate: Certificate, trajectories: Mapping[str, EncodedTrajectory], mission: Mission | None = None
+    certificate: Certificate,
+    trajectories: Mapping[str, EncodedTrajectory],
+    mission: Mission | None = None,
+    transfers: Transfers | None = None,
 ) -> None:
-    """Refuse trajectories (and a mission, if given) this certificate was not made for.
+    """Refuse trajectories (and a mission and moves, if given) this certificate was not made for.
 
     Says nothing about whether the certificate passed.
 
     Raises:
-        CertificateError: a robot more or less, a changed byte, another mission.
+        CertificateError: a robot more or less, a changed byte, another move, another mission.
     """
     certified = dict(certificate.trajectories_sha256)
     if certified.keys() != trajectories.keys():
@@ -90,6 +101,8 @@ def verify(
     changed = [name for name, encoded in trajectories.items() if encoded.sha256 != certified[name]]
     if changed:
         raise CertificateError(f"the bytes of {', '.join(changed)} are not those that were certified")
+    if transfers is not None and transfers.sha256 != certificate.transfers_sha256:
+        raise CertificateError("the moves to the search and back are not those that were certified")
     if mission is not None and (mission.source.sha256 if mission.source else "") != certificate.mission_sha256:
         raise CertificateError(f"the certificate was made for another mission than this version of {mission.name!r}")
 

@@ -12,23 +12,10 @@ from planner.trajectory.compressed import decode_compressed, encode_compressed
 from planner.trajectory.encode import decode, decode_leg, encode
 from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding
 from planner.trajectory.legs import HALF, choose_joints, overlaps
-from planner.trajectory.piecewise import PiecewisePolynomial
-from planner.trajectory.spline import SepticSpline
+from tests.planner.long_curves import smooth
 from tests.tampering import altered
 
 POLY4D, COMPRESSED = TrajectorySettings(encoding="poly4d"), TrajectorySettings(encoding="compressed")
-
-
-def smooth(pieces, seed=0, length=1.5):
-    """A C³ curve in three axes that starts and ends at rest."""
-    rng = np.random.default_rng(seed)
-    knots = np.concatenate([[0.0], np.cumsum(rng.uniform(0.6, 1.4, pieces) * length)])
-    spline = SepticSpline(knots)
-    states = rng.normal(0.0, 0.2, (pieces + 1, 4, 3)) * np.array([1.0, 1.0, 0.3, 0.1])[None, :, None]
-    states[[0, -1], 1:] = 0.0
-    coefficients = np.zeros((pieces, 4, 8))
-    coefficients[:, :3] = spline.coefficients(states.reshape(-1, 3))
-    return PiecewisePolynomial(np.diff(knots), coefficients)
 
 
 @pytest.mark.parametrize("settings", [POLY4D, COMPRESSED])
