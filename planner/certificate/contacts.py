@@ -30,9 +30,9 @@ def contacts_within(segments: Segments, distance: float) -> tuple[Contact, ...]:
     """
     found: list[Contact] = []
     for i in range(len(segments.points) - 1):  # one robot against all later ones: memory stays linear in robots
-        relative = segments.points[i + 1 :] - segments.points[i]  # (J, K, 3, 8)
-        pair, piece = np.nonzero(_may_be_within(relative, distance))
-        excess = square_sum(relative[pair, piece]) - distance**2
+        pair, piece = np.nonzero(segments.box_gaps(i) <= distance)
+        relative = segments.points[i + 1 + pair, piece] - segments.points[i, piece]  # (B, 3, 8)
+        excess = square_sum(relative) - distance**2
         pair, begin, end = _negative(excess, pair, segments.times[piece], segments.times[piece + 1], distance**2)
         for j in np.unique(pair):
             mine = pair == j
@@ -44,13 +44,6 @@ def time_in_contact(contacts: Sequence[Contact], begin: float, end: float) -> tu
     """Longest single and total time [s] of one pair's contacts between two instants."""
     parts = [max(min(c.end, end) - max(c.begin, begin), 0.0) for c in contacts]
     return max(parts, default=0.0), sum(parts)
-
-
-def _may_be_within(relative: Array, distance: float) -> NDArray[np.bool_]:
-    """(J, K) whether the box around the control points (J, K, 3, 8) of a difference comes near the origin."""
-    gap = np.maximum(np.maximum(relative.min(axis=-1), -relative.max(axis=-1)), 0.0)
-    near: NDArray[np.bool_] = np.einsum("jkd,jkd->jk", gap, gap) <= distance**2
-    return near
 
 
 def _negative(

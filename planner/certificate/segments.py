@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from planner.trajectory.bezier import to_points_matrix
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 _SAME_TIME = 1e-9  # [s]; joints that differ by float32 noise of summed durations stay apart, float64 noise does not
+_ROUNDING = 1e-12  # relative error of gaps between boxes
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,22 @@ class Segments:
 
     times: Array
     points: Array
+
+    def scaled(self, scale: Array) -> Segments:
+        """The same with axes (3,) stretched."""
+        return Segments(self.times, self.points * scale[:, None])
+
+    @functools.cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Lower and upper corners (N, K, 3) of boxes that hold every robot during every interval."""
+        return self.points.min(axis=-1), self.points.max(axis=-1)
+
+    def box_gaps(self, robot: int) -> Array:
+        """(N−1−robot, K) distances [m] that a robot and every later one at least keep during every interval."""
+        low, high = self.boxes
+        others = slice(robot + 1, None)
+        gap = np.maximum(np.maximum(low[others] - high[robot], low[robot] - high[others]), 0.0)
+        return np.asarray(np.sqrt(np.einsum("jkd,jkd->jk", gap, gap)) * (1.0 - _ROUNDING))
 
 
 def common_segments(trajectories: Sequence[PiecewisePolynomial], breaks: Array) -> Segments:
