@@ -102,8 +102,8 @@ def check_plan(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
     text = ", ".join(f"{check.name} {check.where}".strip() for check in failures) or "passed"
     passed = _judge("certificate", "", not failures, text, "every check passed", "plan the mission again")
     try:
-        verify(plan.certificate, plan.trajectories, plan.mission)
-        found = "these bytes, this mission"
+        verify(plan.certificate, plan.trajectories, plan.mission, plan.transfers)
+        found = "these bytes, this mission" if plan.transfers else "a search without a way to it and back"
     except CertificateError as error:
         found = str(error)
     bound = _judge(

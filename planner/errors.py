@@ -7,6 +7,7 @@
     ├── UnreachableError      a constraint no motion can meet; names it and the bound that proves it
     ├── NoFeasiblePlan        the search ended without a plan that meets every limit; carries the outcome
     ├── CertificateFailed     what would fly misses the mission's limits; carries the certificate
+    ├── TransferError         no safe way to the starts or back (planner/transfer/errors.py)
     ├── TrajectoryError       polynomials or bytes that cannot be made or read (planner/trajectory/errors.py)
     └── CertificateError      a certificate for other bytes or another mission (planner/certificate/errors.py)
 """

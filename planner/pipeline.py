@@ -12,6 +12,7 @@ import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from missions import fleet
 from missions.dynamics import flies
 from missions.schema import Mission
 from planner.certificate.certify import certify
@@ -23,10 +24,12 @@ from planner.plan import Plan
 from planner.problem import Margins, build_problem
 from planner.solver.methods import solve
 from planner.solver.result import Progress
-from planner.trajectory.encode import encode
+from planner.trajectory.encode import decode, encode
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.fit import fit
+from planner.transfer.plan import plan_approach, plan_transfers
+from planner.transfers import Transfers
 
 ROUNDS = 4  # how often margins may grow before we say that the plan cannot be certified
 NUDGE = 0.005  # [m] taken off the range when contacts are too short
@@ -35,10 +38,11 @@ STIFFER = 0.05  # share of the acceleration limit given up when polynomials cann
 
 @dataclass(frozen=True)
 class Attempt:
-    """One round: the plan, its bytes, what the certificate says of them."""
+    """One round: the plan, its bytes, the moves around it, what the certificate says of them."""
 
     plan: Plan
     trajectories: Mapping[str, EncodedTrajectory]
+    transfers: Transfers
     certificate: Certificate
     margins: Margins
 
@@ -59,10 +63,12 @@ def make_flight_plan(
         NoFeasiblePlan: the solver found no feasible plan; carries the outcome with every violation.
         CertificateFailed: the bytes miss the mission's limits even with grown margins; carries the certificate.
         TrajectoryError: the plan cannot be followed by polynomials that fit into the memory.
+        TransferError: a robot has no safe way to its start or back.
     """
     if not flies(mission.dynamics):
         raise NotFlyableError(mission.dynamics.type)
     check_feasible(mission)
+    plan_approach(mission, fleet.in_space(mission, fleet.starts(mission)))  # before the search is: it takes no time
     margins, settings = Margins(), mission.solver
     initial: Plan | None = None
     if settings.method != "fast":
@@ -88,7 +94,9 @@ def make_flight_plan(
             margins = replace(margins, acceleration=margins.acceleration + STIFFER)
             continue
         if attempt.certificate.passed:
-            return FlightPlan(mission, attempt.plan, attempt.trajectories, attempt.certificate, versions())
+            return FlightPlan(
+                mission, attempt.plan, attempt.trajectories, attempt.certificate, versions(), attempt.transfers
+            )
         failure = CertificateFailed(attempt.certificate)
         margins = _grown(margins, attempt.certificate)
     raise failure
@@ -112,7 +120,8 @@ def _realise(mission: Mission, plan: Plan, margins: Margins) -> Attempt:
     pieces = fit(plan, mission)
     names = [robot.name for robot in mission.robots]
     encoded = {name: encode(p, mission.trajectory) for name, p in zip(names, pieces, strict=True)}
-    return Attempt(plan, encoded, certify(mission, encoded), margins)
+    transfers = plan_transfers(mission, {name: decode(item) for name, item in encoded.items()})
+    return Attempt(plan, encoded, transfers, certify(mission, encoded, transfers), margins)
 
 
 # Which margin guards which check, and how a miss in the check's unit becomes margin: the check's value and limit to

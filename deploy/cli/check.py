@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     from planner.certificate.compare import differences
 
     flight_plan = read_plan(args.plan)
-    certificate = certify(flight_plan.mission, flight_plan.trajectories)
+    certificate = certify(flight_plan.mission, flight_plan.trajectories, flight_plan.transfers)
     differing = differences(flight_plan.certificate, certificate)
     if args.json:
         print_json({**certificate_json(certificate), "differs_from_file": list(differing)})

@@ -9,7 +9,8 @@ attachment                       content
 ``plan/<t|q|v|u>.npy``           the plan's arrays
 ``trajectories.json``            per robot, in order: name; per leg: encoding, pieces, offset, why
 ``trajectories/<robot>.<k>.bin`` the bytes of leg k (from 0), as they fly
-``certificate.json``             what was checked, and of which bytes
+``transfers.json``               the moves to the search and back; none in a plan nobody has to fly
+``certificate.json``             what was checked, and of which bytes and moves
 ===============================  ====================================================================
 
 The metadata record ``ergoflie.plan`` holds the format, versions, seed and hashes; ``contents_sha256`` is taken over

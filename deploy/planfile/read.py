@@ -23,6 +23,7 @@ from planner.plan import Plan
 from planner.trajectory.encode import decode
 from planner.trajectory.encoded import EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
+from planner.transfers import Transfers
 
 SIZE_LIMIT = 1 << 30  # bytes; a plan file of a hundred robots is a few MB
 
@@ -65,15 +66,19 @@ class _PlanReader:
         try:
             plan = _plan(files)
             trajectories = _trajectories(files)
-            certificate = _certificate(files)
+            certificate, transfers = _certificate(files), _transfers(files)
         except (ValueError, TypeError, KeyError) as error:
             raise PlanFileError(f"{self._name}: the plan file cannot be understood: {_line(error)}") from error
         self._check_shapes(mission, plan)
         self._check_certificate(mission, trajectories, certificate)
+        if certificate.transfers_sha256 != (transfers.sha256 if transfers else ""):
+            self._refuse("the certificate was made for other moves to the search and back")
         versions = {
             key.removeprefix("version."): value for key, value in metadata.items() if key.startswith("version.")
         }
-        return FlightPlan(mission, plan, MappingProxyType(trajectories), certificate, MappingProxyType(versions))
+        return FlightPlan(
+            mission, plan, MappingProxyType(trajectories), certificate, MappingProxyType(versions), transfers
+        )
 
     def _open(self, data: bytes) -> tuple[Mapping[str, bytes], Mapping[str, str]]:
         try:
@@ -152,6 +157,10 @@ def _trajectories(files: Mapping[str, bytes]) -> dict[str, EncodedTrajectory]:
         )
         for row in rows
     }
+
+
+def _transfers(files: Mapping[str, bytes]) -> Transfers | None:
+    return Transfers.of_record(_object(files["transfers.json"])) if "transfers.json" in files else None
 
 
 def _certificate(files: Mapping[str, bytes]) -> Certificate:

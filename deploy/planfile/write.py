@@ -81,6 +81,7 @@ def _attachments(flight_plan: FlightPlan) -> dict[str, bytes]:
             for name, item in flight_plan.trajectories.items()
             for number, leg in enumerate(item.legs)
         },
+        **({"transfers.json": dump(flight_plan.transfers.record())} if flight_plan.transfers else {}),
         "certificate.json": dump(dataclasses.asdict(flight_plan.certificate)),
     }
 

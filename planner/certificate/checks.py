@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 from planner.certificate.record import Check
@@ -44,3 +44,8 @@ def worst(checks: Iterable[Check]) -> list[Check]:
 def value_of(checks: Iterable[Check], name: str) -> float:
     """Value of a check; inf if it was not made."""
     return next((item.value for item in checks if item.name == name), float("inf"))
+
+
+def names_of(pair: tuple[int, int] | None, names: Sequence[str]) -> str:
+    """``a–b``, or nothing."""
+    return f"{names[pair[0]]}–{names[pair[1]]}" if pair else ""

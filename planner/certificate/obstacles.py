@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from missions.arrays import Array
 from missions.obstacles import CircleObstacle, KeepInZone, KeepOutZone, Obstacle
+from missions.schema import Mission
 from missions.shapes import Solid, half_planes, outline, solid
 from planner.certificate.bernstein import Minimum, minimise, root, square_sum
 from planner.certificate.convex import closest
@@ -42,10 +45,13 @@ def inside_zone(trajectory: PiecewisePolynomial, zone: KeepInZone) -> Minimum:
     return minimise(sides.reshape(len(start), -1), start, end, group, 1, RESOLUTION)
 
 
-def segment_clearance(begin: Array, end: Array, obstacle: Obstacle | KeepOutZone) -> float:
-    """Smallest distance of the straight way from begin to end, both (3,) [m], to an obstacle's surface [m]."""
-    points = np.stack([begin, end], axis=1)[None]
-    return float(closest(points, np.zeros(1), np.ones(1), body(obstacle), RESOLUTION).bound[0])
+def in_the_way(mission: Mission, robot: str) -> Iterator[tuple[str, Obstacle | KeepOutZone]]:
+    """Label and shape of everything a robot stays out of, on the ground and in the air."""
+    for number, obstacle in enumerate(mission.obstacles):
+        yield f"obstacles[{number}]", obstacle
+    for number, zone in enumerate(mission.zones):
+        if isinstance(zone, KeepOutZone) and (not zone.robots or robot in zone.robots):
+            yield f"zones[{number}]", zone
 
 
 def body(obstacle: Obstacle | KeepOutZone) -> Solid:

@@ -91,12 +91,14 @@ class Certificate:
         checks: every check that was made.
         indicators: figures of what will fly.
         mission_sha256: mission it was made for. trajectories_sha256: the bytes it was made for, by robot.
+        transfers_sha256: the moves around the search it was made for; empty if only the search was looked at.
     """
 
     checks: tuple[Check, ...]
     indicators: Indicators
     mission_sha256: str
     trajectories_sha256: tuple[tuple[str, str], ...]
+    transfers_sha256: str = ""
 
     @property
     def passed(self) -> bool:

@@ -16,6 +16,7 @@ from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.transfer.errors import TransferError
 from planner.transfer.scene import survey
 from planner.transfer.waves import waves
 from planner.transfers import Move, Passage, Transfers
@@ -40,7 +41,10 @@ def plan_transfers(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -
     ends = np.stack([flown[name].evaluate(np.array([flown[name].duration]))[0, :3] for name in names])
     approach = plan_approach(mission, starts)
     over = np.column_stack([fleet.pads(mission), ends[:, 2]]) if mission.flight.return_to == "pads" else ends
-    back = plan_moves(mission, ends, over)
+    try:
+        back = plan_moves(mission, ends, over)
+    except TransferError as error:
+        raise TransferError(f"on the way back, {error}; 'flight.return_to: none' lands where the search ends") from None
     return Transfers(
         take_off=_together(
             names, np.column_stack([fleet.pads(mission), starts[:, 2]]), mission.flight.takeoff_duration

@@ -23,6 +23,7 @@ from planner.transfer.prisms import Prism, grown
 ROOM = 0.05  # [m] kept beyond the limits where possible
 FENCE_SHARE = 0.5  # of the geofence margin may be planned with; the rest is for tracking
 _ROUNDING = 1e-6  # [m]
+_TOLERANCE = 1e-3  # [m] as certificates have it
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def survey(mission: Mission, begin: Array, goal: Array, *, hurried: bool = False
     given = np.minimum(*(np.linalg.norm((x[:, None] - x) * scale, axis=-1) for x in (begin, goal)))
     np.fill_diagonal(given, np.inf)
     i, j = np.unravel_index(int(given.argmin()), given.shape)
-    if given[i, j] < mission.limits.separation - _ROUNDING and not hurried:
+    if given[i, j] < mission.limits.separation - _TOLERANCE and not hurried:
         counted = "" if scale[2] == 1.0 else ", vertical distance counted as downwash has it"
         at = "the beginning" if np.linalg.norm((begin[i] - begin[j]) * scale) <= given[i, j] else "the end"
         raise TransferError(

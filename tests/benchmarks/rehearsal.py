@@ -21,8 +21,9 @@ from missions.loader import parse_mission
 from planner.certificate.certify import certify
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
-from planner.trajectory.encode import encode
+from planner.trajectory.encode import decode, encode
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.transfer.plan import plan_transfers
 
 COUNTS = (1, 4, 10, 50)
 DURATION = 30.0  # s of search
@@ -70,7 +71,9 @@ def flight_plan(count: int) -> FlightPlan:
     t = np.linspace(0.0, DURATION, round(DURATION / 0.1) + 1)
     q = np.zeros((len(t), count, 2))
     plan = Plan(t, q, q.copy(), np.zeros((len(t) - 1, count, 2)), 0.0, 0.0)
-    return FlightPlan(mission, plan, trajectories, certify(mission, trajectories), {"ergoflie": "benchmark"})
+    transfers = plan_transfers(mission, {name: decode(item) for name, item in trajectories.items()})
+    certificate = certify(mission, trajectories, transfers)
+    return FlightPlan(mission, plan, trajectories, certificate, {"ergoflie": "benchmark"}, transfers)
 
 
 def measure(count: int) -> Row:

@@ -12,8 +12,9 @@ from missions.schema import Flight, Gaussian, GaussianMixtureMap, Horizon, Limit
 from planner.certificate.certify import certify
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
-from planner.trajectory.encode import encode
+from planner.trajectory.encode import decode, encode
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.transfer.plan import plan_transfers
 
 # Rest to rest with zero acceleration and jerk at both ends: 35 s⁴ − 84 s⁵ + 70 s⁶ − 20 s⁷.
 SMOOTH = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0])
@@ -41,7 +42,10 @@ def small_plan(mission=None):
     t = np.linspace(0.0, DURATION, round(DURATION / 0.1) + 1)
     q = np.zeros((len(t), len(mission.robots), 2))
     plan = Plan(t, q, q.copy(), np.zeros((len(t) - 1, len(mission.robots), 2)), 0.0, 0.0)
-    return FlightPlan(mission, plan, trajectories, certify(mission, trajectories), {"ergoflie": "test"})
+    transfers = plan_transfers(mission, {name: decode(item) for name, item in trajectories.items()})
+    return FlightPlan(
+        mission, plan, trajectories, certify(mission, trajectories, transfers), {"ergoflie": "test"}, transfers
+    )
 
 
 def _move(start, altitude):

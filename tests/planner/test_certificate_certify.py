@@ -20,7 +20,6 @@ from missions.schema import (
     UniformMap,
     Workspace,
 )
-from planner.certificate import transitions
 from planner.certificate.certify import certify, verify
 from planner.certificate.errors import CertificateError
 from planner.trajectory.bezier import control_points as to_points
@@ -217,41 +216,6 @@ def test_a_meeting_between_samples_counts():
     smallest = certify(mission(), touch).indicators.pairs[0].smallest_distance
     certificate = certify(mission(connectivity=NoConnectivity(range=smallest + 2e-4)), touch)
     assert certificate.indicators.pairs[0].met == (True,)
-
-
-@pytest.mark.parametrize(
-    ("robots", "expected"),
-    [
-        ({"a": {"pad": (0.5, 0.2)}, "b": {"pad": (0.6, 0.2)}}, "take-off separation, transfer separation"),
-        ({"a": {"pad": (0.5, 1.2)}, "b": {"pad": (0.5, 0.3)}}, "transfer separation"),
-        ({"b": {"pad": (2.5, 1.9)}}, "transfer obstacles"),
-    ],
-)
-def test_the_way_to_the_starts_is_checked(robots, expected):
-    moved = tuple(dataclasses.replace(r, **robots.get(r.name, {})) for r in mission().robots)
-    changed = mission(robots=moved, obstacles=(CircleObstacle((1.5, 1.5), 0.2),))
-    assert failed(certify(changed, good())) == set(expected.split(", "))
-
-
-def test_synchronous_straight_moves_are_closest_where_they_are():
-    """Crossing at right angles: against dense samples, late on the way."""
-    begin, end = np.array([[-4.0, 0.0], [0.0, -4.0]]), np.array([[1.0, 0.0], [0.0, 3.5]])
-    distance, pair = transitions.smallest_distance(begin, end)
-    s = np.linspace(0, 1, 100_001)[:, None]
-    sampled = np.linalg.norm((1 - s) * (begin[1] - begin[0]) + s * (end[1] - end[0]), axis=1).min()
-    assert pair == (0, 1)
-    assert distance == pytest.approx(sampled, abs=1e-8)
-    assert distance < np.linalg.norm(end[1] - end[0]) / 2
-
-
-def test_landing_side_by_side_is_checked():
-    """Robots may pass above one another in a 3-D search but not land on one another."""
-
-    def end_above_b(p):
-        p[-1, 1, 4:] = 1.0
-
-    certificate = certify(mission(), with_points(end_above_b))
-    assert "landing separation" in failed(certificate)
 
 
 def test_tolerances_are_declared_and_no_wider():

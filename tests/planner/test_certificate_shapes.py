@@ -145,14 +145,6 @@ def test_circles_are_bounded_alike_by_squares_and_by_half_spaces(seed):
     assert by_planes.bound[0] == pytest.approx(by_squares.bound[0], abs=2e-4)
 
 
-def test_a_way_is_judged_over_its_whole_length():
-    box = BoxObstacle((1.0, -0.5), (1.2, 0.5))
-    a, b = np.array([0.0, 0.0, 0.5]), np.array([3.0, 0.0, 0.5])
-    assert obstacles.segment_clearance(a, b, box) == pytest.approx(-0.1, abs=2e-4)
-    assert obstacles.segment_clearance(a, a, box) == pytest.approx(1.0, abs=2e-4)
-    assert obstacles.segment_clearance(a, b, KeepOutZone(((1.0, 0.2), (2.0, 0.2), (1.5, 1.0)))) == pytest.approx(0.2)
-
-
 # ------------------------------------------------------------------------------------------------ checks
 
 TRIANGLE = ((11.3, -19.4), (11.7, -19.4), (11.5, -19.0))
@@ -209,17 +201,6 @@ def test_zones_bind_whom_they_name():
     assert failed(certificate) == {"keep-in zones"}
     assert named(certificate, "keep-in zones").value == pytest.approx(-0.5, abs=2e-4)
     assert named(certificate, "keep-in zones").where == "b, zones[0]"
-
-
-def test_ways_to_the_start_and_down_from_the_end_are_checked():
-    over = CylinderObstacle((12.5, -19.5), 0.2, height=0.4)
-    certificate = certify(mission(obstacles=(over,)), straight())
-    assert failed(certificate) == {"landing obstacles"}, "nobody lands on it"
-    pads = (Robot("a", (10.5, -19.5), pad=(11.5, -19.5)), mission().robots[1])
-    between = BoxObstacle((10.9, -20.0), (11.1, -19.0), rotation=0.1)
-    assert "transfer obstacles" in failed(certify(mission(robots=pads, obstacles=(between,)), straight()))
-    low = CylinderObstacle((11.5, -19.5), 0.2, height=0.4)
-    assert failed(certify(mission(robots=pads, obstacles=(low,)), straight())) == {"take-off obstacles"}
 
 
 def test_ends_that_are_given_are_checked():

@@ -25,8 +25,8 @@ def seen(monkeypatch):
         outcomes.append(solve(*args, **kwargs))
         return outcomes[-1]
 
-    def certified(mission, trajectories):
-        found = certify(mission, trajectories)
+    def certified(mission, trajectories, transfers):
+        found = certify(mission, trajectories, transfers)
         if len(outcomes) > 1:
             return found
         checks = [
