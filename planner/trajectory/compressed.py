@@ -95,6 +95,11 @@ def decode_compressed(data: bytes, pieces: int) -> PiecewisePolynomial:
     segments = _parse(data)
     if len(segments) != pieces or not segments:
         raise TrajectoryError(f"compressed: {len(segments)} segments before the end marker; {pieces} expected")
+    return _polynomial(segments)
+
+
+def _polynomial(segments: Sequence[_Segment]) -> PiecewisePolynomial:
+    """Integers to metres and seconds."""
     durations = np.array([segment.milliseconds for segment in segments]) / 1e3
     coefficients = np.zeros((len(segments), 4, 8))
     for m, segment in enumerate(segments):
@@ -212,3 +217,9 @@ def _round_septic(points: Array, start: float, before: Array | None, ratio: floa
         if abs(third - points[2]) <= _SMOOTHING:
             curve[2] = third
     return np.clip(curve, -_LARGEST, _LARGEST)
+
+
+def rounded(trajectory: PiecewisePolynomial) -> PiecewisePolynomial:
+    """What a trajectory becomes in this encoding, in however many legs. Raises TrajectoryError: as the encoder."""
+    starts, segments = compressed_segments(trajectory)
+    return _polynomial(_parse(compressed_leg(starts[0], segments)))

@@ -2,27 +2,30 @@
 
 The unknowns are position, velocity, acceleration and jerk at the knots. The 8 control points of a piece of length h
 are linear in the 8 numbers at its two ends, so whatever the unknowns are, pieces agree up to jerk at every joint; and
-what is fixed (start, end, rest) is simply no unknown.
+what is fixed (start, end, rest) is simply no unknown. An unknown reaches two pieces only, so everything here is local:
+a piece's 8 numbers, its 8 control points.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from missions.arrays import Array
+from missions.arrays import Array, frozen
 from planner.trajectory.bezier import power_coefficients
 
-_STATE = 4  # position, velocity, acceleration, jerk
+STATE = 4  # position, velocity, acceleration, jerk
 
 
 @dataclass(frozen=True)
 class SepticSpline:
     """The linear maps of a C³ spline of degree 7 on given knots.
 
-    A vector of unknowns s has 4 numbers a knot: p, v σ, a σ², j σ³ (σ = mean piece length, so that all are lengths).
+    Unknowns are (axes, M+1, 4): p, v σ, a σ², j σ³ at every knot; σ, the mean length of the pieces beside it, makes
+    all of them lengths of about the same size.
 
     Attributes:
         knots: (M+1,) [s].
@@ -30,55 +33,74 @@ class SepticSpline:
 
     knots: Array
 
-    @property
+    @functools.cached_property
     def durations(self) -> Array:
         """(M,) lengths of the pieces [s]."""
         return np.diff(self.knots)
 
-    @property
-    def scale(self) -> float:
-        """σ: mean length of a piece [s]."""
-        return float(self.knots[-1] - self.knots[0]) / (len(self.knots) - 1)
+    @functools.cached_property
+    def scales(self) -> Array:
+        """(M+1,) σ [s]."""
+        h = self.durations
+        return np.concatenate([h[:1], 0.5 * (h[1:] + h[:-1]), h[-1:]])
 
+    @functools.cached_property
     def points(self) -> Array:
-        """(M, 8, 4(M+1)) map from unknowns to the control points of every piece."""
-        h = self.durations
-        pieces = len(h)
-        ratio = h / self.scale
-        out = np.zeros((pieces, 8, _STATE * (pieces + 1)))
-        for k in range(_STATE):  # derivative k contributes C(i,k)/C(7,k) h^k/k! to control point i of its own half
-            for i in range(k, _STATE):
-                weight = math.comb(i, k) / math.comb(7, k) * ratio**k / math.factorial(k)
-                m = np.arange(pieces)
-                out[m, i, _STATE * m + k] = weight
-                out[m, 7 - i, _STATE * (m + 1) + k] = (-1) ** k * weight
-        return out
-
-    def at(self, t: Array, derivative: int = 0) -> Array:
-        """(len(t), 4(M+1)) map from unknowns to a derivative at times t inside the knots."""
-        h = self.durations
-        piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(h) - 1)
-        points = differences(self.points(), h, derivative)  # (M, 8-derivative, n)
-        basis = bernstein((t - self.knots[piece]) / h[piece], 7 - derivative)
-        out = np.zeros((len(t), points.shape[-1]))
-        for m in range(len(h)):
-            mine = piece == m
-            local = slice(_STATE * m, _STATE * (m + 2))
-            out[mine, local] = basis[mine] @ points[m][:, local]
-        return out
+        """(M, 8, 8) maps from the unknowns at the two ends of a piece to its control points."""
+        j = np.arange(STATE)
+        left = (self.durations / self.scales[:-1])[:, None] ** j
+        right = (self.durations / self.scales[1:])[:, None] ** j
+        maps: Array = hermite_points() * np.concatenate([left, right], axis=1)[:, None, :]
+        return maps
 
     def coefficients(self, unknowns: Array) -> Array:
-        """(M, axes, 8) ascending powers of the pieces, from (4(M+1), axes) unknowns."""
-        points = np.moveaxis(self.points() @ unknowns, 1, 2)
-        return power_coefficients(points, self.durations)
+        """(M, axes, 8) ascending powers of the pieces, from (axes, M+1, 4) unknowns."""
+        points = (self.points @ local(unknowns)[..., None])[..., 0]  # (axes, M, 8)
+        return power_coefficients(points.swapaxes(0, 1), self.durations)
 
 
-def differences(points: Array, durations: Array, order: int) -> Array:
-    """Control points of a derivative: (M, n+1-order, ...) from (M, n+1, ...) and the lengths (M,) [s]."""
-    for _ in range(order):
-        degree = points.shape[1] - 1
-        points = degree * np.diff(points, axis=1) / durations.reshape((-1,) + (1,) * (points.ndim - 1))
-    return points
+def local(x: Array) -> Array:
+    """(axes, M, 8) the unknowns at the two ends of every piece, from (axes, M+1, 4)."""
+    return np.concatenate([x[:, :-1], x[:, 1:]], axis=-1)
+
+
+def inner(gradient: Array) -> Array:
+    """(axes, M−1, 4) sums over the two pieces at every inner knot: the transpose of :func:`local`."""
+    total: Array = gradient[:, :-1, 4:] + gradient[:, 1:, :4]
+    return total
+
+
+@functools.cache
+def hermite_points() -> Array:
+    """(8, 8) from p, v h, a h², j h³ at both ends of a piece of length h to its control points.
+
+    Derivative k contributes C(i,k) / C(7,k) / k! to control point i of its own half.
+    """
+    maps = np.zeros((8, 8))
+    for k in range(STATE):
+        for i in range(k, STATE):
+            weight = math.comb(i, k) / math.comb(7, k) / math.factorial(k)
+            maps[i, k] = weight
+            maps[7 - i, STATE + k] = (-1) ** k * weight
+    return frozen(maps)
+
+
+@functools.cache
+def derivative_points(order: int, cuts: int = 0) -> Array:
+    """(2^cuts (8−order), 8) from control points to those of h^order times a derivative, on 2^cuts equal parts.
+
+    The control points of the parts bound the derivative, the closer the more parts.
+    """
+    maps = np.eye(8)
+    for degree in range(7, 7 - order, -1):
+        maps = degree * np.diff(maps, axis=0)
+    n = 7 - order
+    left = np.array([[math.comb(i, j) / 2.0**i for j in range(n + 1)] for i in range(n + 1)])  # de Casteljau
+    right = left[::-1, ::-1]
+    parts = [maps]
+    for _ in range(cuts):
+        parts = [half @ part for part in parts for half in (left, right)]
+    return frozen(np.concatenate(parts))
 
 
 def bernstein(u: Array, degree: int) -> Array:
