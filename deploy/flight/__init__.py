@@ -8,5 +8,6 @@
     watch.py        what may not happen in flight
     loop.py         the flight loop: one tick of everything, commands with answers
     ground.py       connect, set up, settle the estimators, check, upload, arm
+    legs.py         legs of long trajectories: uploaded and started in flight
     manoeuvres.py   take off, transfer, start together, land, abort
 """

@@ -31,6 +31,7 @@ from mocap.errors import MocapError
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 from planner.trajectory.encode import decode
+from planner.trajectory.timeline import Timeline
 
 Vec3 = tuple[float, float, float]
 TICK = 0.01  # s
@@ -66,7 +67,8 @@ class Flight:
 
     Attributes:
         phases: where the flight is. journal: what happened. poses: where everybody is.
-        references: certified trajectories, decoded from the bytes. largest_error: [m], by robot.
+        references: certified trajectories, decoded from the bytes. timelines: where in them robots are.
+        largest_error: [m], by robot.
         watching: whether findings of the watch end the mission now. notes: what is wrong, by robot.
         ground: height of the pads [m].
     """
@@ -88,6 +90,7 @@ class Flight:
         self.poses = Poses(mocap, bodies, mission.flight.pose_rate, fleet, log)
         self.references = {name: decode(encoded) for name, encoded in plan.trajectories.items()}
         self._points = {name: Reference(trajectory) for name, trajectory in self.references.items()}
+        self.timelines = {name: Timeline.of(encoded) for name, encoded in plan.trajectories.items()}
         self.duration = max(reference.duration for reference in self.references.values())
         self.largest_error = dict.fromkeys(fleet, 0.0)
         self.watching = False
@@ -180,11 +183,12 @@ class Flight:
 
     def reference_at(self, robot: str, now: float) -> Vec3:
         """Where the certified trajectory is at a flight time after its start [m]."""
-        return self._point(robot, now - self.search.start)
+        return self._point(robot, self.timelines[robot].at(now))
 
     def velocity_reference(self, robot: str, now: float) -> Vec3:
-        """Velocity of the certified trajectory [m/s]; zero before and after it."""
-        return self._points[robot].velocity(now - self.search.start)
+        """Velocity of the certified trajectory [m/s]; zero before and after it, and while a leg holds its end."""
+        timeline = self.timelines[robot]
+        return (0.0, 0.0, 0.0) if timeline.holds(now) else self._points[robot].velocity(timeline.at(now))
 
     def yaw_at_start(self, robot: str) -> float:
         """Heading at the first point of a robot's trajectory [rad]."""
@@ -291,7 +295,8 @@ class Flight:
             self.event(finding.name.split()[0], finding.text, robot=finding.robot, level=level, value=finding.value)
             if finding.robot in self.notes:
                 self.notes[finding.robot] = finding.text
-            carries_on = lost and not self.poses.external and self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
+            searching = self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
+            carries_on = lost and not self.poses.external and searching and self.timelines[finding.robot].legs == 1
             if finding.level == "abort" and not carries_on:
                 reasons.append(f"{finding.robot}: {finding.text}")
         return "; ".join(reasons)
@@ -326,8 +331,8 @@ class Flight:
             return
         self._reference_due = now + 1.0 / self.plan.mission.flight.log_rate
         for name in self.fleet:
-            point = self._point(name, now - self.search.start)
-            self.journal.log.reference(name, now, point, self.velocity_reference(name, now))
+            point, velocity = self.reference_at(name, now), self.velocity_reference(name, now)
+            self.journal.log.reference(name, now, point, velocity)
 
     def _record_health(self, now: float) -> None:
         self.poses.record_health(now)

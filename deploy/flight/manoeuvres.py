@@ -1,96 +1,30 @@
-"""In the air: take off, transfer, start together, search, land; and how everybody comes down early.
-
-All drones move at the same time for the same time. The high-level commander's moves share one rest-to-rest profile,
-so moves that start together keep the distances the certificate has computed.
-"""
+"""In the air: start together, search, land; and how everybody comes down early. Ways there and back: passages.py."""
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 
-from deploy.errors import FlightAborted
+from deploy.flight.legs import Chains
 from deploy.flight.loop import RETRY, Flight, Vec3
+from deploy.flight.passages import fly, require
 from deploy.phases import TABLE, Phase
 from deploy.radio import highlevel
 from deploy.radio.requests import Reply
 from deploy.radio.supervisor import Supervisor
-from deploy.upload import TRAJECTORY_ID
+from deploy.upload import trajectory_id
+from planner.transfer.descent import clear_descents
+from planner.transfer.errors import TransferError
 
-AT_ALTITUDE = 0.15  # m
-AT_START = 0.10  # m
-SHORTEST_TRANSFER = 1.5  # s
 GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
 OFF_THE_GROUND = 0.10  # m above the pad
-_NUDGE = 0.6  # s after which a take-off that was accepted but not begun is given once more
-_BLINK = 0.2  # s, longer than the supervisor's blink
 _START_PATIENCE = 0.3  # s; by then a trajectory from rest has moved less than a millimetre at our accelerations
 _ON_PLAN = 0.15  # m between reference and telemetered setpoint
 _BRAKE = 1.0  # m/s², mean deceleration of an abort
 _SHORTEST_BRAKE, _LONGEST_BRAKE = 0.6, 2.0  # s
 _DISARMING = 1.0  # s; a drone that stays armed keeps its propellers dangerous, but the flight is over
 _CALM = 0.5  # s of hover between braking and landing
-
-
-def take_off(flight: Flight) -> None:
-    """Everybody up to the height of their trajectory's start, straight over their pads.
-
-    Raises:
-        FlightAborted: somebody refused, or did not rise.
-    """
-    flight.enter(Phase.TAKING_OFF)
-    flight.watching = True
-    duration = flight.plan.mission.flight.takeoff_duration
-    commands = {name: highlevel.takeoff(flight.start_of(name)[2], duration) for name in flight.fleet}
-    given = flight.clock.now()
-    _require(flight, "take-off", flight.command(commands))
-    flight.wait(_NUDGE)
-    # In the supervisor's blink on the ground a command may be accepted and yet dropped (protocol notes B1, B3).
-    words = {n: d.status.supervisor for n, d in flight.fleet.items() if d.status and d.status.t > given + _BLINK}
-    idle = [name for name, word in words.items() if not word.planner_active]
-    if idle:
-        flight.event("repeat", f"take-off accepted but not begun, repeated: {', '.join(idle)}", level="warning")
-        flight.command({name: commands[name] for name in idle})
-    flight.wait(duration - _NUDGE)
-
-    def low() -> list[str]:
-        return [name for name in flight.fleet if _distance(flight, name, None, flight.start_of(name)[2]) > AT_ALTITUDE]
-
-    if not flight.wait_until(lambda: not low(), TABLE[Phase.TAKING_OFF].allowance):
-        raise FlightAborted(f"did not reach the altitude: {', '.join(low())}")
-
-
-def transfer(flight: Flight) -> None:
-    """Everybody to the start of their trajectory, in straight lines that share their progress.
-
-    Raises:
-        FlightAborted: somebody refused.
-    """
-    flight.enter(Phase.TRANSFERRING)
-    speed = flight.plan.mission.flight.transfer_speed
-    starts = {name: flight.start_of(name) for name in flight.fleet}
-    farthest = max(_distance(flight, name, starts[name], None) for name in flight.fleet)
-    duration = max(SHORTEST_TRANSFER, farthest / speed)
-    commands = {n: highlevel.go_to(starts[n], flight.yaw_at_start(n), duration) for n in flight.fleet}
-    _require(flight, "transfer", flight.command(commands))
-    flight.wait(duration)
-
-
-def settle(flight: Flight) -> None:
-    """Hover at the starts until everybody is where their trajectory begins.
-
-    Raises:
-        FlightAborted: somebody is not there in time.
-    """
-    flight.enter(Phase.SETTLING)
-    flight.wait(flight.plan.mission.flight.settle_time)
-
-    def away() -> list[str]:
-        return [n for n in flight.fleet if _distance(flight, n, flight.start_of(n), None) > AT_START]
-
-    if not flight.wait_until(lambda: not away(), TABLE[Phase.SETTLING].allowance):
-        raise FlightAborted(f"more than {AT_START * 100:.0f} cm from the start of the trajectory: {', '.join(away())}")
 
 
 def start_together(flight: Flight) -> None:
@@ -104,35 +38,45 @@ def start_together(flight: Flight) -> None:
         FlightAborted: somebody did not start.
     """
     flight.enter(Phase.ON_MISSION)
-    command = highlevel.start_trajectory(TRAJECTORY_ID)
+    command = highlevel.start_trajectory(trajectory_id(0))
     replies = {name: drone.send(command) for name, drone in flight.fleet.items()}
     sent = [reply.sent for reply in replies.values()]
-    flight.search.start = statistics.fmean(sent)
+    _begin(flight, dict.fromkeys(replies, statistics.fmean(sent)))
     flight.wait_until(lambda: all(reply.here for reply in replies.values()), RETRY)
     silent = [name for name, reply in replies.items() if not reply.here]
     moving = _chase(flight, silent, replies) if silent else []
     codes = {n: highlevel.return_code(r.payload) if r.here else None for n, r in replies.items() if n not in moving}
-    _require(flight, "trajectory start", codes)
-    instants = [0.5 * (r.sent + r.arrived) for r in replies.values() if r.arrived is not None]
-    flight.search.start = statistics.fmean(instants or sent)
-    flight.search.skew = max(instants or sent) - min(instants or sent)
+    require(flight, "trajectory start", codes)
+    instants = {n: 0.5 * (r.sent + r.arrived) for n, r in replies.items() if r.arrived is not None}
+    _begin(flight, instants or {name: reply.sent for name, reply in replies.items()})
     flight.journal.event(
         flight.search.start, Phase.ON_MISSION, "mission_start", "all trajectories started", value=flight.search.skew
     )
     flight.event("start_skew", f"starts within {flight.search.skew * 1000:.1f} ms", value=flight.search.skew)
 
 
+def _begin(flight: Flight, instants: Mapping[str, float]) -> None:
+    """The search has begun: at these instants by robot, and on average where one is not known."""
+    flight.search.start = statistics.fmean(instants.values())
+    flight.search.skew = max(instants.values()) - min(instants.values())
+    for name, timeline in flight.timelines.items():
+        # Who has one leg is compared with everybody's mean start; legs are started by it, and timed one by one.
+        timeline.restart(instants.get(name, flight.search.start) if timeline.legs > 1 else flight.search.start)
+
+
 def search(flight: Flight) -> None:
-    """Follow the trajectories to their end, then hover. Raises FlightAborted."""
-    end = flight.search.start + flight.duration
-    flight.wait(end - flight.clock.now())
+    """Follow the trajectories to their end, leg by leg, then hover. Raises FlightAborted."""
+    end, chains = flight.search.start + flight.duration, Chains(flight)
+    while flight.clock.now() < end - 1e-9:
+        flight.tick()
+        chains.turn()
     flight.event("mission_end", "all trajectories ended")
     flight.enter(Phase.HOLDING)
     flight.wait(flight.plan.mission.flight.settle_time)
 
 
 def land(flight: Flight) -> dict[str, bool]:
-    """Everybody straight down, together. Returns who was seen on the ground with its motors off."""
+    """Everybody straight down, together, from where they hover. Returns who was seen on the ground, motors off."""
     flight.enter(Phase.LANDING)
     landed = _descend(flight, flight.alive)
     if all(landed.values()):
@@ -143,7 +87,7 @@ def land(flight: Flight) -> dict[str, bool]:
 
 
 def abort(flight: Flight, reason: str) -> dict[str, bool]:
-    """Brake, hover, and land in place together; for drones in the air only. Returns who is down.
+    """Brake, hover, and land together, in place unless something is below; those in the air only. Returns who is down.
 
     Landing from motion would stop with a jerk (the commander plans landings from rest), so everybody brakes first.
     Braking together from certified motion, over less than the distance that two drones keep, needs no new plan.
@@ -158,6 +102,7 @@ def abort(flight: Flight, reason: str) -> dict[str, bool]:
     flight.command({name: highlevel.stop() for name in grounded}, patience=0.3)
     if flying and flight.phases.now is Phase.ABORTING:
         _brake(flight, flying, searching)
+        _step_aside(flight, flying)
     landed = _descend(flight, flight.alive)
     flight.enter(Phase.ABORTED)
     return landed
@@ -175,19 +120,6 @@ def stop_motors(flight: Flight) -> None:
 
 
 # ---------------------------------------------------------------------------------------------------- inside
-
-
-def _require(flight: Flight, what: str, codes: dict[str, int | None]) -> None:
-    if refused := flight.refusals(codes):
-        raise FlightAborted(f"{what}: {refused}")
-
-
-def _distance(flight: Flight, name: str, point: Vec3 | None, height: float | None) -> float:
-    """From a point, or only from a height; inf if nobody knows where the drone is."""
-    position = flight.position(name)
-    if position is None:
-        return math.inf
-    return math.dist(position, point) if point is not None else abs(position[2] - (height or 0.0))
 
 
 def _height(flight: Flight, name: str) -> float:
@@ -225,6 +157,22 @@ def _brake(flight: Flight, names: Iterable[str], searching: bool) -> None:
     if refused := flight.refusals(flight.command(commands, patience=0.5)):
         flight.event("brake", refused, level="warning")
     flight.wait(duration + _CALM)
+
+
+def _step_aside(flight: Flight, names: Collection[str]) -> None:
+    """Everybody who has an obstacle or another drone below to where they can land, if there is such a place."""
+    positions = {name: position for name in flight.fleet if (position := flight.position(name)) is not None}
+    able = [name for name in names if name in positions]
+    try:
+        passage = clear_descents(flight.plan.mission, positions, able)
+    except TransferError as error:
+        flight.event("step_aside", str(error), level="warning")
+        return
+    if passage:
+        flight.event("step_aside", f"not straight down: {', '.join(passage)}", level="warning")
+        if refused := fly(flight, passage):
+            flight.event("step_aside", refused, level="warning")
+        flight.wait(_CALM)
 
 
 def _motion(flight: Flight, name: str, searching: bool) -> tuple[Vec3, Vec3, float]:

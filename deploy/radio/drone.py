@@ -14,20 +14,21 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.log import LogConfig
 
 from deploy.clock import Clock
 from deploy.errors import CommandRefused, LinkError
-from deploy.radio import highlevel, memory, parameters, telemetry
+from deploy.radio import parameters, telemetry
 from deploy.radio.links import NO_DONGLE
 from deploy.radio.memory import MemoryInfo
 from deploy.radio.ping import Pings
-from deploy.radio.requests import Reply, Request, Requests
+from deploy.radio.requests import Conversation, Reply, Request, Requests
 from deploy.radio.supervisor import Supervisor
 
+T = TypeVar("T")
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 CONNECT_DEADLINE = 45.0  # s of wall time; an uncached table of contents over a busy radio takes a while
@@ -186,23 +187,9 @@ class Drone:
                 return MemoryInfo(element.id, element.type, element.size)
         raise CommandRefused(f"{self.name}: it has no memory of type 0x{kind:02X}")
 
-    def write_memory(self, where: MemoryInfo, address: int, data: bytes) -> None:
-        """Write bytes, acknowledged chunk by chunk; blocks. Raises UploadError, LinkError."""
-        memory.write(self._requests, where, address, data)
-
-    def read_memory(self, where: MemoryInfo, address: int, length: int) -> bytes:
-        """Read bytes; blocks. Raises UploadError, LinkError."""
-        return memory.read(self._requests, where, address, length)
-
-    def ask(self, command: Request) -> None:
-        """Give a high-level command and wait until it is accepted; blocks; for commands that may be repeated.
-
-        Raises:
-            CommandRefused: with what the return code means. LinkError: no answer.
-        """
-        code = highlevel.return_code(self._requests.ask(command))
-        if code:
-            raise CommandRefused(f"{self.name}: {command.what}: {highlevel.meaning(code)}")
+    def converse(self, conversation: Conversation[T]) -> T:
+        """Carry a conversation on to its end; blocks. Raises LinkError, and what it raises itself."""
+        return self._requests.converse(conversation)
 
     def supervisor(self) -> Supervisor:
         """Ask for the supervisor's state; blocks (older firmware: the newest telemetry). Raises LinkError."""
@@ -256,6 +243,10 @@ class Drone:
     def resend(self, reply: Reply) -> None:
         """Give an unanswered command again."""
         self._requests.resend(reply)
+
+    def forget(self, reply: Reply) -> None:
+        """Wait no longer for an answer."""
+        self._requests.forget(reply)
 
     def ping(self) -> None:
         """Measure the link; see ``ping.py``."""

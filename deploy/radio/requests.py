@@ -9,9 +9,9 @@ deadline and repeats.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
 from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
 
@@ -51,6 +51,11 @@ class Request:
         """What an answer has to match."""
         channel = self.channel if self.answer_channel is None else self.answer_channel
         return self.port, channel, self.answer
+
+
+T = TypeVar("T")
+# Says what to ask next, is sent the answer, and returns what came of it all; any request may be asked more than once.
+Conversation: TypeAlias = Generator[Request, bytes, T]
 
 
 class Reply:
@@ -136,6 +141,16 @@ class Requests:
         if self._crazyflie.link is None:
             raise LinkError(f"{self._name}: {request.what}: the link is gone")
         raise LinkError(f"{self._name}: {request.what}: no answer to {tries} requests within {tries * timeout:.1f} s")
+
+    def converse(self, conversation: Conversation[T]) -> T:
+        """Carry a conversation on to its end; for worker threads. Raises LinkError, and what it raises itself."""
+        try:
+            request = next(conversation)
+            while True:
+                request = conversation.send(self.ask(request))
+        except StopIteration as end:
+            result: T = end.value
+            return result
 
     def transmit(self, port: int, channel: int, payload: bytes) -> None:
         """Send one packet that nobody answers, or whose answer nobody waits for."""

@@ -9,7 +9,7 @@ on the drone flies its leg shifted by as much, so a setpoint always lies on the 
 - obstacles are not affected, for they do not move; two robots may be closer by (v_i + v_j)·J than they are on time.
 
 A leg is uploaded while the one before flies, into the half of the memory of the one before that, from when the start
-of the one before is confirmed until ``READY_BEFORE`` its own; written and read back at the rate that poses, telemetry
+of the one before is seen until ``READY_BEFORE`` its own; written and read back at the rate that poses, telemetry
 and the other drones leave on the dongle, with half as much time again for repeats.
 """
 
@@ -38,9 +38,10 @@ from planner.trajectory.legs import overlaps, switch_times
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 READY_BEFORE = 0.5  # [s] before its start a leg is uploaded, or everybody lands while all still fly
-CONFIRMED_AFTER = 0.3  # [s] after its start it is known that a leg flies: the half it left may be written
+SEEN_AFTER = 0.15  # [s] after its start a leg shows in the supervisor's word, which is formed 25 times a second
 UPLOAD_SLACK = 1.5  # time that is kept for an upload, per time that it takes when nothing is lost
-FASTEST_REQUESTS = 100.0  # [1/s] to one drone, whatever the radio carries: one a tick of the flight loop
+FASTEST_REQUESTS = 50.0  # [1/s] to one drone, whatever the radio carries: an answer takes a tick or two of the loop
+TELEMETRY_WAIT = 2.0  # periods of telemetry until it is known that a leg flies, and the half it left may be written
 
 _ALIGNMENT = 4  # bytes; the firmware reads Poly4D floats in place
 
@@ -136,13 +137,14 @@ def _separation(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> l
 
 def _uploads(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> Iterable[Check]:
     """Time every upload in flight needs, against the time between the start of the leg before and its own."""
+    seen = SEEN_AFTER + TELEMETRY_WAIT / mission.flight.log_rate
     for robot, rate in zip(mission.robots, request_rate(mission), strict=True):
         legs = trajectories[robot.name].legs
         times = switch_times([decode_leg(leg).duration for leg in legs])
         for number in range(2, len(legs)):
             requests = upload_requests(EncodedTrajectory((legs[number],)))
             needed = UPLOAD_SLACK * requests / min(rate, FASTEST_REQUESTS) if rate > 0.0 else math.inf
-            room = times[number] - times[number - 1] - CONFIRMED_AFTER - READY_BEFORE - 2.0 * mission.radio.jitter
+            room = times[number] - times[number - 1] - seen - READY_BEFORE - 2.0 * mission.radio.jitter
             where = f"{robot.name}, leg {number + 1} of {len(legs)}"
             yield check("upload in flight", needed, room, "s", "<=", where, times[number - 1])
 

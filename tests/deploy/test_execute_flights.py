@@ -204,15 +204,18 @@ def test_an_edited_byte_never_reaches_a_drone(bench, monkeypatch):
     assert "the bytes of cf1 are not those that were certified" in str(outcome)
 
 
-def test_wrong_bytes_read_back_stop_the_flight(bench, monkeypatch):
-    honest = Drone.read_memory
+def test_wrong_bytes_read_back_stop_the_flight(bench):
+    def prepare(ready):
+        memory = ready.swarm.drones["cf2"]._memory
+        honest = memory.read
 
-    def tampered(drone, where, address, length):
-        data = honest(drone, where, address, length)
-        return data[:7] + bytes([data[7] ^ 0x80]) + data[8:] if drone.name == "cf2" else data
+        def tampered(address, length):
+            data = honest(address, length)
+            return data[:7] + bytes([data[7] ^ 0x80]) + data[8:] if address == 0 else data
 
-    monkeypatch.setattr(Drone, "read_memory", tampered)
-    outcome, _, truth = bench()
+        memory.read = tampered
+
+    outcome, _, truth = bench(prepare=prepare)
     assert isinstance(outcome, FleetError)
     assert "cf2: 1 of 132 bytes read back differ" in str(outcome)
     assert set(outcome.errors) == {"cf2"}

@@ -132,25 +132,23 @@ def storage(size=4096, status=0):
 @given(st.binary(min_size=0, max_size=200), st.integers(0, 100))
 def test_memory_comes_back_as_it_was_written(data, address):
     _, link = requests(storage())
-    memory.write(link, INFO, address, data)
-    assert memory.read(link, INFO, address, len(data)) == data
+    link.converse(memory.writing(INFO, address, data))
+    assert link.converse(memory.reading(INFO, address, len(data))) == data
 
 
 def test_a_chunk_is_never_longer_than_the_firmware_bears():
     scripted, link = requests(storage())
-    memory.write(link, INFO, 0, bytes(100))
-    memory.read(link, INFO, 0, 100)
+    link.converse(memory.writing(INFO, 0, bytes(100)))
+    link.converse(memory.reading(INFO, 0, 100))
     assert max(len(packet) for packet in scripted.sent) == 29
     assert {packet[5] for packet in scripted.sent if len(packet) == 6} == {24, 4}
 
 
-@pytest.mark.parametrize(
-    "action", [lambda link: memory.write(link, INFO, 0, b"x"), lambda link: memory.read(link, INFO, 0, 1)]
-)
-def test_a_memory_error_is_raised(action):
+@pytest.mark.parametrize("conversation", [memory.writing(INFO, 0, b"x"), memory.reading(INFO, 0, 1)])
+def test_a_memory_error_is_raised(conversation):
     _, link = requests(storage(status=5))
     with pytest.raises(UploadError, match="error 5"):
-        action(link)
+        link.converse(conversation)
 
 
 def registers(change=lambda data: data):

@@ -1,0 +1,251 @@
+"""Legs in flight: uploaded while others fly, started on time, a packet at a time and never waiting.
+
+Per robot, leg after leg::
+
+    leg k-1 begins ──► seen flying ──► leg k: written, read back, compared, defined ──► ready ──► start sent
+                                       └─ into the half of the memory that leg k-2 has left
+
+Whatever does not go as planned ends the mission while everybody still flies or hovers at the end of a leg: a leg that
+is not ready ``READY_BEFORE`` its start, a start that is refused or not answered, a drone that holds although its start
+was accepted. A start is never repeated: a second copy would fly the leg again from its first point.
+"""
+
+from __future__ import annotations
+
+from deploy.errors import CommandRefused, DeployError, FlightAborted, LinkError, UploadError
+from deploy.flight.loop import RETRY, TICK, Flight
+from deploy.radio import highlevel
+from deploy.radio.drone import Drone
+from deploy.radio.memory import TRAJECTORY
+from deploy.radio.requests import Conversation, Reply, Request
+from deploy.upload import loading, trajectory_id
+from missions.radio import Radio, request_rate
+from planner.certificate.radio import LEGS_ON_THE_GROUND
+from planner.certificate.switching import READY_BEFORE, SEEN_AFTER
+from planner.trajectory.encoded import EncodedTrajectory
+from planner.trajectory.timeline import Timeline
+
+_TRIES = 6  # how often an unanswered packet of an upload is sent
+_ANSWERED_WITHIN = 0.1  # s; after that a start counts as not heard
+_PROMPT = 0.05  # s; an answer that took longer says little about when the command arrived
+
+
+class Talk:
+    """A conversation with one drone, carried on from the flight loop.
+
+    Attributes:
+        over: whether it has come to its end. packets: requests sent so far.
+    """
+
+    def __init__(self, drone: Drone, conversation: Conversation[None]) -> None:
+        self._drone, self._conversation = drone, conversation
+        self._reply: Reply | None = None
+        self._tries = self.packets = 0
+        self.over = False
+
+    def step(self, now: float) -> bool:
+        """Send the next packet if there is one to send; whether one was sent.
+
+        Raises:
+            LinkError: no answer to any copy of a packet. Whatever the conversation raises.
+        """
+        if self._reply is None:
+            return self._say(next(self._conversation))
+        if self._reply.here:
+            try:
+                return self._say(self._conversation.send(self._reply.payload))
+            except StopIteration:
+                self.over = True
+                return False
+        if now - self._reply.sent < RETRY - 1e-9:
+            return False
+        if self._tries == _TRIES:
+            self.end()
+            raise LinkError(f"{self._drone.name}: {self._reply.request.what}: no answer to {_TRIES} requests")
+        self._tries += 1
+        self._drone.resend(self._reply)
+        return True
+
+    def end(self) -> None:
+        """Wait for no answer any more."""
+        if self._reply is not None:
+            self._drone.forget(self._reply)
+
+    def _say(self, request: Request) -> bool:
+        self._reply, self._tries = self._drone.send(request), 1
+        self.packets += 1
+        return True
+
+
+class Chain:
+    """The legs of one robot.
+
+    Args:
+        drone: who flies them. trajectory: its legs. timeline: where it is in them; the first one has begun.
+        start: scheduled start of the first [s, flight clock]. radio: what is known of commands.
+        rate: acknowledged requests a second that uploads may take.
+    """
+
+    def __init__(
+        self,
+        drone: Drone,
+        trajectory: EncodedTrajectory,
+        timeline: Timeline,
+        start: float,
+        radio: Radio,
+        rate: float,
+    ) -> None:
+        self.drone, self.legs, self.timeline = drone, trajectory.legs, timeline
+        self._start, self._radio, self._rate = start, radio, rate
+        self._memory = drone.memory(TRAJECTORY)
+        self.ready = min(len(self.legs), LEGS_ON_THE_GROUND)  # legs that were read back equal so far
+        self._upload: Talk | None = None
+        self._starting: Reply | None = None
+        self._credit, self._last = 0.0, start
+
+    @property
+    def flying(self) -> int:
+        """Number of the leg that flies, from 0."""
+        return self.timeline.begun - 1
+
+    def due(self, number: int) -> float:
+        """When a leg should begin [s, flight clock]."""
+        return self._start + self.timeline.times[number]
+
+    def turn(self, now: float) -> float | None:
+        """Do what is due; returns how late the next leg has begun [s] when that has just become known.
+
+        Raises:
+            DeployError: the mission cannot go on, with the reason.
+        """
+        if self.flying + 1 == len(self.legs):
+            return None
+        if self._starting is not None:
+            return self._follow_start(self._starting, now)
+        following = self.flying + 1
+        if self.ready <= following:
+            self._load(following, now)
+        if now >= self.due(following) - self._radio.latency - 0.5 * TICK:
+            self._starting = self.drone.send(highlevel.start_trajectory(trajectory_id(following)))
+        return None
+
+    def _load(self, number: int, now: float) -> None:
+        """Carry the upload of a leg on, as fast as the radio's share allows."""
+        name, left = self.drone.name, self.due(number) - now
+        if left < READY_BEFORE:
+            raise UploadError(
+                f"{name}: leg {number + 1} of {len(self.legs)} is not in its memory {READY_BEFORE:g} s before its start"
+            )
+        if self._upload is None:
+            if not self._seen_flying(now):
+                return
+            leg = self.legs[number]
+            self._upload = Talk(self.drone, loading(name, self._memory, leg, trajectory_id(number)))
+            self._credit, self._last = 1.0, now
+        # Room for two: a rate a little below one packet a tick must not become one every other tick.
+        self._credit = min(2.0, self._credit + (now - self._last) * self._rate)
+        self._last = now
+        if self._credit >= 1.0 - 1e-6 and self._upload.step(now):
+            self._credit -= 1.0
+        if self._upload.over:
+            self._upload, self.ready = None, number + 1
+
+    def _seen_flying(self, now: float) -> bool:
+        """Whether the drone's own word, from after the start, says that its leg flies: then the other half is free."""
+        begun, status = self.due(self.flying), self.drone.status
+        if status is None or status.t < begun + SEEN_AFTER:
+            return False
+        word = status.supervisor
+        if not word.planner_active or word.trajectory_finished:
+            raise CommandRefused(
+                f"{self.drone.name}: leg {self.flying + 1} of {len(self.legs)}: "
+                "its start was accepted, but the drone holds"
+            )
+        return True
+
+    def _follow_start(self, reply: Reply, now: float) -> float | None:
+        number = self.flying + 1
+        which = f"{self.drone.name}: start of leg {number + 1} of {len(self.legs)}"
+        if not reply.here:
+            if now - reply.sent < _ANSWERED_WITHIN - 1e-9:
+                return None
+            self.drone.forget(reply)
+            raise CommandRefused(f"{which}: no answer")
+        code = highlevel.return_code(reply.payload)
+        if code:
+            raise CommandRefused(f"{which}: {highlevel.meaning(code)}")
+        self._starting = None
+        arrived = reply.arrived if reply.arrived is not None else now
+        prompt = arrived - reply.sent <= _PROMPT
+        began = 0.5 * (reply.sent + arrived) if prompt else reply.sent + self._radio.latency
+        self.timeline.begin(began)
+        return began - self.due(number)
+
+    def end(self) -> None:
+        """Wait for no answer any more."""
+        if self._upload is not None:
+            self._upload.end()
+
+
+class Chains:
+    """The legs of everybody who has more than one. Made when all trajectories have been started."""
+
+    def __init__(self, flight: Flight) -> None:
+        mission, self._flight = flight.plan.mission, flight
+        rates = request_rate(mission)
+        self._chains = {
+            robot.name: Chain(
+                flight.fleet[robot.name],
+                flight.plan.trajectories[robot.name],
+                flight.timelines[robot.name],
+                flight.search.start,
+                mission.radio,
+                rate,
+            )
+            for robot, rate in zip(mission.robots, rates, strict=True)
+            if flight.timelines[robot.name].legs > 1
+        }
+        for name, chain in self._chains.items():
+            self._tell(name, 0, chain.timeline.latest - chain.due(0))
+
+    def turn(self) -> None:
+        """Do what is due for everybody; call it after every tick.
+
+        Raises:
+            FlightAborted: the mission cannot go on, with all reasons.
+        """
+        now, reasons = self._flight.clock.now(), []
+        for name, chain in self._chains.items():
+            if not chain.drone.connected:
+                continue  # the watch knows what to do about that
+            ready = chain.ready
+            try:
+                late = chain.turn(now)
+            except DeployError as error:
+                reasons.append(str(error))
+                continue
+            if chain.ready > ready:
+                ahead = chain.due(ready) - now
+                text = f"leg {ready + 1} of {len(chain.legs)} read back equal, {ahead:.1f} s before its start"
+                self._flight.event("leg_upload", text, robot=name, value=ahead)
+            if late is not None:
+                self._tell(name, chain.flying, late)
+        if reasons:
+            for chain in self._chains.values():
+                chain.end()
+            raise FlightAborted("; ".join(reasons))
+
+    def _tell(self, name: str, number: int, late: float) -> None:
+        flight, chain = self._flight, self._chains[name]
+        word = f"{abs(late) * 1000:.1f} ms {'late' if late >= 0.0 else 'early'}"
+        off = abs(late) > flight.plan.mission.radio.jitter
+        text = f"leg {number + 1} of {len(chain.legs)} began {word}" + (", more than the certificate counts on" * off)
+        flight.journal.event(
+            chain.timeline.latest,
+            flight.phases.now,
+            "leg_start",
+            text,
+            robot=name,
+            level="warning" if off else "info",
+            value=late,
+        )
