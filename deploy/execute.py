@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from deploy.clock import Clock
 from deploy.errors import DeployError
-from deploy.flight import ground, manoeuvres
+from deploy.flight import ground, manoeuvres, passages
 from deploy.flight.loop import EmergencyStop, Flight
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.flightlog.writer import FlightLog
@@ -104,11 +104,12 @@ def _prepare(flight: Flight) -> PreflightReport:
 
 def _airborne(flight: Flight) -> dict[str, bool]:
     """Everything from take-off to landing; returns who is down."""
-    manoeuvres.take_off(flight)
-    manoeuvres.transfer(flight)
-    manoeuvres.settle(flight)
+    passages.take_off(flight)
+    passages.transfer(flight)
+    passages.settle(flight)
     manoeuvres.start_together(flight)
     manoeuvres.search(flight)
+    passages.go_back(flight)
     return manoeuvres.land(flight)
 
 

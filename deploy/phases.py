@@ -26,6 +26,7 @@ class Phase(Enum):
     SETTLING = "settling"
     ON_MISSION = "on mission"
     HOLDING = "holding"
+    RETURNING = "returning"
     LANDING = "landing"
     LANDED = "landed"
     CANCELLED = "cancelled"
@@ -67,8 +68,9 @@ TABLE: Mapping[Phase, Rule] = MappingProxyType(
         P.TRANSFERRING: Rule("pose within 15 cm of the altitude", 2.0, P.SETTLING, P.ABORTING),
         P.SETTLING: Rule("transfer time is over", 5.0, P.ON_MISSION, P.ABORTING),
         P.ON_MISSION: Rule("pose within 10 cm of the start; all trajectories are started", 0.5, P.HOLDING, P.ABORTING),
-        P.HOLDING: Rule("trajectory time is over", 2.0, P.LANDING, P.ABORTING),
-        P.LANDING: Rule("hover time is over; landing is commanded", 8.0, P.LANDED, P.ABORTED),
+        P.HOLDING: Rule("trajectory time is over", 2.0, P.RETURNING, P.ABORTING),
+        P.RETURNING: Rule("hover time is over", 5.0, P.LANDING, P.ABORTING),
+        P.LANDING: Rule("moves back are over; landing is commanded", 8.0, P.LANDED, P.ABORTED),
         P.LANDED: Rule("supervisor says not flying", 0.0, None, None),
         P.CANCELLED: Rule("nobody has left the ground", 0.0, None, None),
         P.ABORTING: Rule("a limit, a lost drone, a refusal or the operator", 20.0, P.ABORTED, P.ABORTED),
@@ -76,7 +78,9 @@ TABLE: Mapping[Phase, Rule] = MappingProxyType(
         P.EMERGENCY: Rule("the operator stopped the motors", 0.0, None, None),
     }
 )
-AIRBORNE = frozenset({P.TAKING_OFF, P.TRANSFERRING, P.SETTLING, P.ON_MISSION, P.HOLDING, P.LANDING, P.ABORTING})
+AIRBORNE = frozenset(
+    {P.TAKING_OFF, P.TRANSFERRING, P.SETTLING, P.ON_MISSION, P.HOLDING, P.RETURNING, P.LANDING, P.ABORTING}
+)
 
 
 def allowed(phase: Phase) -> frozenset[Phase]:

@@ -42,14 +42,13 @@ def waves(scene: Scene, begin: Array, goal: Array) -> list[Array]:
         return [goal]
     ways = [_way_around_things(scene, k, begin[k], goal[k]) for k in range(len(begin))]
     farthest = sorted(range(len(begin)), key=lambda k: -length([begin[k], *ways[k]]))
-    failure: TransferError | None = None
+    failures = []
     for order in (farthest, farthest[::-1], range(len(begin))):
         try:
             return _Crossing(scene, begin, goal, ways, order).fly()
         except TransferError as error:
-            failure = failure or error
-    assert failure is not None  # noqa: S101 - three orders were tried
-    raise failure
+            failures.append(error)
+    raise failures[0]
 
 
 def _way_around_things(scene: Scene, robot: int, begin: Array, goal: Array) -> list[Array]:
