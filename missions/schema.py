@@ -33,6 +33,11 @@ from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
 from missions.radio import Radio as Radio
+from missions.trajectory import FacingYaw as FacingYaw
+from missions.trajectory import FixedYaw as FixedYaw
+from missions.trajectory import PathYaw as PathYaw
+from missions.trajectory import TrajectorySettings as TrajectorySettings
+from missions.trajectory import Yaw as Yaw
 
 # ------------------------------------------------------------------------------------------------ where and when
 
@@ -177,16 +182,6 @@ class Robot:
     )
     limits: RobotLimits = field("where it differs from the mission's limits", default=RobotLimits())
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
-
-
-@dataclass(frozen=True)
-class TrajectorySettings:
-    """How the plan becomes bytes."""
-
-    tolerance: float = field(
-        "largest deviation of what flies from the plan", unit="m", above=0.0, at_most=0.5, default=0.02
-    )
-    encoding: Literal["auto", "poly4d", "compressed"] = field("trajectory memory format", default="auto")
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,11 @@ def check_limits(mission: Mission, frame: Airframe, error: ErrorAt) -> None:
             if value is not None and value > allowed:
                 reason = f"got {value:g}; allowed: at most {allowed:g} [{unit}] for airframe {name}"
                 raise error(reason, f"{where}.{field}")
+    if mission.trajectory.yaw_rate > frame.rate_limit[2]:
+        reason = (
+            f"got {mission.trajectory.yaw_rate:g}; allowed: at most {frame.rate_limit[2]:g} [rad/s] for airframe {name}"
+        )
+        raise error(reason, "trajectory.yaw_rate")
     if len(mission.robots) > 1 and limits.separation < 2.0 * frame.radius:
         reason = f"got {limits.separation:g}; allowed: at least {2.0 * frame.radius:g} [m], two bodies of {name}"
         raise error(reason, "limits.separation")

@@ -88,6 +88,19 @@ STRUCTURE = [
 
 MEANING = [
     (
+        "  tolerance: 0.01",
+        "  yaw_rate: 11.0",
+        r"trajectory\.yaw_rate: got 11; allowed: at most 10 \[rad/s\] for airframe cf21",
+    ),
+    ("  tolerance: 0.01", "  yaw_rate: 0.0", r"trajectory\.yaw_rate: got 0\.0; allowed: above 0, at most 20 \[rad/s\]"),
+    ("  tolerance: 0.01", "  yaw: {type: along}", r"trajectory\.yaw\.type: got 'along'; allowed: fixed, path, facing"),
+    (
+        "  tolerance: 0.01",
+        "  yaw: {type: facing}",
+        r"trajectory\.yaw: missing key 'point': \(x, y\) of what they look at",
+    ),
+    ("  tolerance: 0.01", "  yaw: {type: fixed, angle: 90.0}", r"yaw\.angle: got 90\.0; allowed: at least -6\.2832"),
+    (
         "name: imec_four_drones",
         "name: imec_four_drones\nradio: {packet_rate: 10.0}",
         r"radio\.packet_rate: got 10\.0; allowed: at least 50, at most 5000 \[1/s\]",

@@ -66,7 +66,7 @@ def test_imec_is_the_published_experiment():
     assert (mission.flight.controller, mission.flight.altitude, mission.trajectory.tolerance) == (
         "mellinger",
         0.6,
-        0.02,
+        0.01,
     )
 
 
