@@ -14,8 +14,10 @@ from deploy.errors import PreflightError
 from deploy.radio.drone import LinkState
 from deploy.radio.supervisor import Supervisor
 from missions.schema import Mission
-from planner.certificate.certify import verify
+from planner.certificate.certify import certify, verify
+from planner.certificate.compare import differences
 from planner.certificate.errors import CertificateError
+from planner.errors import PlannerError
 from planner.flightplan import FlightPlan
 
 Vec3 = tuple[float, float, float]
@@ -97,10 +99,12 @@ class DroneFacts:
 
 
 def check_plan(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
-    """The certificate passes and belongs to these very bytes and this mission."""
-    failures = plan.certificate.failures
-    text = ", ".join(f"{check.name} {check.where}".strip() for check in failures) or "passed"
-    passed = _judge("certificate", "", not failures, text, "every check passed", "plan the mission again")
+    """The certificate passes, belongs to these very bytes and this mission, and is what they certify to, once more."""
+    certificate = plan.certificate
+    text = ", ".join(f"{check.name} {check.where}".strip() for check in certificate.failures) or (
+        "passed" if certificate.passed else "nothing was checked"
+    )
+    passed = _judge("certificate", "", certificate.passed, text, "every check passed", "plan the mission again")
     try:
         verify(plan.certificate, plan.trajectories, plan.mission, plan.transfers)
         found = "these bytes, this mission" if plan.transfers else "a search without a way to it and back"
@@ -114,7 +118,18 @@ def check_plan(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
         "these bytes, this mission",
         "do not edit plan files; plan again",
     )
-    return passed, bound
+    return passed, bound, _repeated(plan)
+
+
+def _repeated(plan: FlightPlan) -> PreflightCheck:
+    """A file's hashes can be made to fit whatever was edited into it; the proof cannot."""
+    try:
+        differing = differences(plan.certificate, certify(plan.mission, plan.trajectories, plan.transfers))
+        found = f"another result for {', '.join(differing)}" if differing else "the same"
+    except PlannerError as error:
+        differing, found = ("everything",), str(error)
+    remedy = "do not edit plan files; plan again with this version"
+    return _judge("certificate, computed again", "", not differing, found, "the same", remedy)
 
 
 def check_log(failure: str) -> PreflightCheck:

@@ -102,8 +102,8 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether no check fails; warnings do not count."""
-        return not self.failures
+        """Whether something was checked and nothing failed; warnings do not count."""
+        return bool(self.checks) and not self.failures
 
     @property
     def failures(self) -> tuple[Check, ...]:

@@ -84,15 +84,31 @@ def test_the_log_has_to_be_written():
 
 
 def test_an_edited_byte_a_swap_and_a_failed_certificate_are_found():
-    assert [c.result for c in check_plan(PLAN)] == ["pass", "pass"]
+    assert [c.result for c in check_plan(PLAN)] == ["pass", "pass", "pass"]
     encoded = PLAN.trajectories["cf1"]
     data = encoded.legs[0].data
     other = altered(encoded, data=bytes([data[0] ^ 1]) + data[1:])
     edited = dataclasses.replace(PLAN, trajectories={**PLAN.trajectories, "cf1": other})
-    assert [c.result for c in check_plan(edited)] == ["pass", "failure"]
+    assert [c.result for c in check_plan(edited)] == ["pass", "failure", "failure"]
     a, b = PLAN.trajectories.values()
     swapped = dataclasses.replace(PLAN, trajectories={"cf1": b, "cf2": a})
-    assert check_plan(swapped)[1].result == "failure"
+    assert [c.result for c in check_plan(swapped)] == ["pass", "failure", "failure"]
     failing = dataclasses.replace(PLAN.certificate.checks[0], passed=False)
     uncertified = dataclasses.replace(PLAN, certificate=dataclasses.replace(PLAN.certificate, checks=(failing,)))
-    assert [c.result for c in check_plan(uncertified)] == ["failure", "pass"]
+    assert [c.result for c in check_plan(uncertified)] == ["failure", "pass", "failure"]
+
+
+def with_checks(checks):
+    return dataclasses.replace(PLAN, certificate=dataclasses.replace(PLAN.certificate, checks=tuple(checks)))
+
+
+def test_a_certificate_whose_hashes_fit_but_whose_figures_do_not_is_found():
+    """Hashes bind a certificate to bytes; only computing it again binds its figures to them."""
+    first, *others = PLAN.certificate.checks
+    kinder = with_checks([dataclasses.replace(first, value=first.value + 0.05), *others])
+    assert [c.result for c in check_plan(kinder)] == ["pass", "pass", "failure"]
+    assert "another result for separation" in str(check_plan(kinder)[2])
+    assert [c.result for c in check_plan(with_checks(others))] == ["pass", "pass", "failure"]
+    assert [c.result for c in check_plan(with_checks([]))] == ["failure", "pass", "failure"]
+    advice = with_checks([dataclasses.replace(first, passed=False, severity="warning"), *others])
+    assert [c.result for c in check_plan(advice)] == ["pass", "pass", "failure"]
