@@ -19,6 +19,7 @@ from planner.transfer.plan import plan_transfers
 # Rest to rest with zero acceleration and jerk at both ends: 35 s⁴ − 84 s⁵ + 70 s⁶ − 20 s⁷.
 SMOOTH = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0])
 STARTS = {"cf1": (0.5, 0.5), "cf2": (1.5, 0.5)}
+PADS = {"cf1": (0.5, 0.4), "cf2": (1.5, 0.4)}
 SHIFT = (0.3, 0.5)
 DURATION = 3.0
 
@@ -30,7 +31,7 @@ def small_mission(**flight):
         workspace=Workspace((0.0, 0.0), (2.5, 2.0)),
         horizon=Horizon(DURATION, 0.1),
         information=GaussianMixtureMap((Gaussian((1.0, 1.0), 0.1),)),
-        robots=tuple(Robot(name, start) for name, start in STARTS.items()),
+        robots=tuple(Robot(name, start, pad=PADS[name]) for name, start in STARTS.items()),
         limits=Limits(acceleration=1.0, speed=1.0, separation=0.3),
         flight=Flight(**{"takeoff_duration": 1.2, "landing_duration": 1.2, "settle_time": 0.5, **flight}),
     )
@@ -38,8 +39,13 @@ def small_mission(**flight):
 
 def small_plan(mission=None):
     mission = mission or small_mission()
-    trajectories = {robot.name: encode(_move(robot.start, mission.flight.altitude)) for robot in mission.robots}
-    t = np.linspace(0.0, DURATION, round(DURATION / 0.1) + 1)
+    moves = {robot.name: encode(_move(robot.start, mission.flight.altitude)) for robot in mission.robots}
+    return certified(mission, moves)
+
+
+def certified(mission, trajectories):
+    """A flight plan of these bytes; its samples are of no consequence."""
+    t = np.linspace(0.0, mission.horizon.duration, mission.steps + 1)
     q = np.zeros((len(t), len(mission.robots), 2))
     plan = Plan(t, q, q.copy(), np.zeros((len(t) - 1, len(mission.robots), 2)), 0.0, 0.0)
     transfers = plan_transfers(mission, {name: decode(item) for name, item in trajectories.items()})
