@@ -17,21 +17,27 @@ def add_parser(commands: Subparsers) -> None:
     )
     parser.add_argument("plan", type=Path, help="plan file")
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for <robot>.csv")
+    parser.add_argument(
+        "--crazyswarm2", action="store_true", help="also write crazyflies.yaml for the mission's robots"
+    )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Decode every robot's bytes and write its CSV file."""
     from deploy.cli.planning import print_done
+    from deploy.files import write_whole
     from deploy.planfile import read_plan
+    from missions.interchange.to_crazyflies import crazyflies_yaml
     from planner.trajectory.csv import to_csv
     from planner.trajectory.encode import decode
 
     flight_plan = read_plan(args.plan)
-    texts = {name: to_csv(decode(encoded)) for name, encoded in flight_plan.trajectories.items()}
+    texts = {f"{name}.csv": to_csv(decode(encoded)) for name, encoded in flight_plan.trajectories.items()}
+    if args.crazyswarm2:
+        texts["crazyflies.yaml"] = crazyflies_yaml(flight_plan.mission)
     args.output.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
-        path = args.output / f"{name}.csv"
-        path.write_text(text, encoding="ascii")
-        print_done(str(path))
+        write_whole(args.output / name, text.encode())
+        print_done(str(args.output / name))
     return 0

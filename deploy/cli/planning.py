@@ -86,7 +86,8 @@ def print_plan(flight_plan: FlightPlan) -> None:
         rows.append(("smallest separation", f"{number(found.smallest_separation)} m"))
     if mission.obstacles:
         rows.append(("smallest obstacle clearance", f"{number(found.smallest_clearance)} m"))
-    rows.append(("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"))
+    if flight_plan.plan.evaluations:  # an imported plan has none
+        rows.append(("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"))
     for name, encoded in flight_plan.trajectories.items():
         rows.append(
             (

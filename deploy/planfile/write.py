@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import os
-import secrets
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +11,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from deploy.errors import PlanFileError
+from deploy.files import write_whole
 from deploy.flightlog.encode import NANOSECONDS, pose_in_frame, to_json
 from deploy.flightlog.topics import find_topic, json_schema
 from deploy.planfile.layout import ARRAYS, FORMAT, METADATA, PROFILE, contents_sha256, dump, leg_file
@@ -32,15 +31,9 @@ def write_plan(path: str | Path, flight_plan: FlightPlan) -> None:
     """
     path = Path(path)
     data = plan_bytes(flight_plan)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
-        with temporary.open("xb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(path)
+        write_whole(path, data)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise PlanFileError(f"{path}: cannot write the plan file: {error.strerror or error}") from error
 
 

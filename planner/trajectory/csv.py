@@ -24,32 +24,48 @@ def to_csv(trajectory: PiecewisePolynomial) -> str:
     return "\n".join(lines) + "\n"
 
 
-def from_csv(text: str) -> PiecewisePolynomial:
-    """Read CSV text: the first line is skipped, columns beyond the 33rd are not allowed unless empty.
+def from_csv(text: str, name: str = "trajectory CSV") -> PiecewisePolynomial:
+    """Read CSV text: the first line is the header, columns beyond the 33rd are not allowed unless empty.
+
+    Args:
+        text: the file's text.
+        name: what to call the file in messages.
 
     Raises:
-        TrajectoryError: no pieces, a wrong number of columns, something that is no finite number, a duration <= 0.
+        TrajectoryError: no header, no pieces, a wrong number of columns, something that is no finite number, a
+            duration <= 0.
     """
-    rows = [_row(line, number) for number, line in enumerate(text.splitlines()[1:], start=2) if line.strip(" ,\t")]
+    lines = text.splitlines()
+    if lines and _is_number(lines[0].split(",")[0]):  # whoever skips the first line would lose a piece
+        raise TrajectoryError(f"{name}, line 1: a number; expected a header line such as '{HEADER[:22]},…'")
+    rows = [_row(line, f"{name}, line {k}") for k, line in enumerate(lines[1:], start=2) if line.strip(" ,\t")]
     if not rows:
-        raise TrajectoryError("trajectory CSV: no pieces; expected a header line and one line of 33 numbers a piece")
+        raise TrajectoryError(f"{name}: no pieces; expected a header line and one line of 33 numbers a piece")
     numbers = np.array(rows)
     return PiecewisePolynomial(durations=numbers[:, 0], coefficients=numbers[:, 1:].reshape(len(rows), 4, 8))
 
 
-def _row(line: str, number: int) -> list[float]:
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _row(line: str, where: str) -> list[float]:
     """The 33 numbers of one line."""
     cells = [cell.strip() for cell in line.split(",")]
     while len(cells) > _COLUMNS and not cells[-1]:
         cells.pop()
     if len(cells) != _COLUMNS:
-        raise TrajectoryError(f"trajectory CSV, line {number}: {len(cells)} columns; {_COLUMNS} expected")
+        raise TrajectoryError(f"{where}: {len(cells)} columns; {_COLUMNS} expected")
     try:
         row = [float(cell) for cell in cells]
     except ValueError as error:
-        raise TrajectoryError(f"trajectory CSV, line {number}: {error}") from None
+        raise TrajectoryError(f"{where}: {error}") from None
     if not np.isfinite(row).all():
-        raise TrajectoryError(f"trajectory CSV, line {number}: numbers must be finite")
+        raise TrajectoryError(f"{where}: numbers must be finite")
     if row[0] <= 0:
-        raise TrajectoryError(f"trajectory CSV, line {number}: duration {row[0]:g} s; it must be positive")
+        raise TrajectoryError(f"{where}: duration {row[0]:g} s; it must be positive")
     return row

@@ -1,0 +1,1 @@
+"""Flights planned elsewhere: trajectories and waypoints of others become certified plans, without a solver."""
