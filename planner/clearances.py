@@ -6,6 +6,7 @@ no closer than it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -20,6 +21,7 @@ from planner.connectivity.pairs import all_pairs
 from planner.constraints.acceleration import ControlBound
 from planner.constraints.base import Constraint
 from planner.constraints.obstacles import Obstacles
+from planner.constraints.paths import When
 from planner.constraints.separation import Separation
 from planner.constraints.solids import Outside
 from planner.constraints.speed import Speed
@@ -27,21 +29,22 @@ from planner.constraints.workspace import Inside
 from planner.constraints.zones import InsideZone
 from planner.margins import Margins
 
+LOOK, MOST_LOOKS = 0.05, 64  # [m] between points of a path that are compared with solids; points a step
 
-def clearances(mission: Mission, margins: Margins, dt_fine: float) -> tuple[Constraint, ...]:
-    """Distances to keep, at the steps and between them: robots, obstacles, zones, and what is below at the end.
+
+def clearances(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
+    """Distances to keep at every instant: robots, obstacles, zones, and what is below at the end.
 
     Args:
         mission: what is asked for.
         margins: how much more is planned.
-        dt_fine: time between fine samples [s].
     """
     return (
-        *_separation(mission, margins, dt_fine),
-        *_circles(mission, margins, dt_fine),
-        *_solids(mission, margins, dt_fine),
-        *_zones(mission, margins, dt_fine),
-        *_landing(mission, margins, dt_fine),
+        *_separation(mission, margins),
+        *_circles(mission, margins),
+        *_solids(mission, margins),
+        *_zones(mission, margins),
+        *_landing(mission, margins),
     )
 
 
@@ -49,8 +52,9 @@ def envelope(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
     """Workspace, speed and acceleration of every robot."""
     dt, names = mission.horizon.dt, _names(mission)
     given = _given(mission)
-    lower = np.minimum(np.array(mission.workspace.lower) + margins.workspace, np.nanmin(given, axis=0))
-    upper = np.maximum(np.array(mission.workspace.upper) - margins.workspace, np.nanmax(given, axis=0))
+    room = margins.workspace + _bulge(mission, dt)[:, None]  # (N, 1)
+    lower = np.minimum(np.array(mission.workspace.lower) + room, np.nanmin(given, axis=0))
+    upper = np.maximum(np.array(mission.workspace.upper) - room, np.nanmax(given, axis=0))
     accelerations = fleet.accelerations(mission)
     return (
         Inside(lower, upper, names, dt),
@@ -64,7 +68,7 @@ def envelope(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
 # --------------------------------------------------------------------------------------------- between robots
 
 
-def _separation(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+def _separation(mission: Mission, margins: Margins) -> Iterable[Constraint]:
     pairs, a = all_pairs(len(mission.robots)), mission.limits.separation
     if len(pairs) == 0 or a <= 0.0:
         return
@@ -82,12 +86,12 @@ def _separation(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[
         least = a * np.sqrt(1.0 - high[apart] ** 2)
     if len(pairs):
         distance = np.minimum(least + extra, _room(mission, pairs, scale))
-        yield Separation(pairs, distance, _names(mission), dt_fine, scale)
+        yield Separation(pairs, distance, _names(mission), mission.horizon.dt, scale, block=_block(mission))
 
 
-def _landing(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+def _landing(mission: Mission, margins: Margins) -> Iterable[Constraint]:
     """Straight down from the end: nobody and nothing below. In one plane the other constraints say that already."""
-    names = _names(mission)
+    names, dt = _names(mission), mission.horizon.dt
     pairs, a = all_pairs(len(names)), mission.limits.separation
     if fleet.at_different_heights(mission) and len(pairs) and a > 0.0:
         scale = np.ones(mission.dimension)
@@ -96,7 +100,7 @@ def _landing(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Con
         pairs = pairs[free[pairs].any(axis=1)]  # two ends that are given are what they are
         distance = np.full(len(pairs), a + margins.separation)
         if len(pairs):
-            yield Separation(pairs, distance, names, dt_fine, scale, landing=True, name="landing separation")
+            yield Separation(pairs, distance, names, dt, scale, When.END, name="landing separation")
     for number, obstacle in enumerate(mission.obstacles):
         base, top = heights(obstacle)
         over = np.flatnonzero(_may_be_above(mission, top))
@@ -104,7 +108,7 @@ def _landing(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Con
             keep = np.minimum(margins.obstacle, _room_beside(mission, solid(obstacle).column(), at_starts=False)[over])
             label = f"obstacles[{number}]"
             yield Outside(
-                solid(obstacle).column(), over, keep, label, names, dt_fine, landing=True, name="landing obstacles"
+                solid(obstacle).column(), over, keep, label, names, dt, when=When.END, name="landing obstacles"
             )
 
 
@@ -118,17 +122,17 @@ def _room(mission: Mission, pairs: NDArray[np.intp], scale: Array | None) -> Arr
 # --------------------------------------------------------------------------------------------- obstacles and zones
 
 
-def _circles(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+def _circles(mission: Mission, margins: Margins) -> Iterable[Constraint]:
     circles = [obstacle for obstacle in mission.obstacles if isinstance(obstacle, CircleObstacle)]
     if not circles:
         return
     center = np.array([circle.center for circle in circles], dtype=np.float64)
     radius = np.array([circle.radius for circle in circles]) + margins.obstacle
     apart = np.linalg.norm(_given(mission)[..., None, :2] - center, axis=-1)  # (2, N, O)
-    yield Obstacles(center, np.minimum(radius, np.nanmin(apart, axis=0)), _names(mission), dt_fine)
+    yield Obstacles(center, np.minimum(radius, np.nanmin(apart, axis=0)), _names(mission), mission.horizon.dt)
 
 
-def _solids(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
+def _solids(mission: Mission, margins: Margins) -> Iterable[Constraint]:
     """One constraint an obstacle that is no circle; in a 2-D search for those who fly between its base and top."""
     for number, obstacle in enumerate(mission.obstacles):
         if isinstance(obstacle, CircleObstacle):
@@ -139,23 +143,27 @@ def _solids(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Cons
             robots, body = np.flatnonzero((body.low < z) & (z < body.high)), body.column()
         if len(robots):
             keep = np.minimum(margins.obstacle, _room_beside(mission, body)[robots])
-            yield Outside(body, robots, keep, f"obstacles[{number}]", _names(mission), dt_fine)
+            yield Outside(
+                body, robots, keep, f"obstacles[{number}]", _names(mission), mission.horizon.dt, _looks(mission)
+            )
 
 
-def _zones(mission: Mission, margins: Margins, dt_fine: float) -> Iterable[Constraint]:
-    names = _names(mission)
+def _zones(mission: Mission, margins: Margins) -> Iterable[Constraint]:
+    names, dt = _names(mission), mission.horizon.dt
     for number, zone in enumerate(mission.zones):
         robots = np.array([i for i, name in enumerate(names) if not zone.robots or name in zone.robots], dtype=np.intp)
         label = f"zones[{number}]"
         if isinstance(zone, KeepOutZone):
             body = Solid(outline(zone))
             keep = np.minimum(margins.obstacle, _room_beside(mission, body)[robots])
-            yield Outside(body, robots, keep, label, names, dt_fine, name="keep-out zone")
+            yield Outside(body, robots, keep, label, names, dt, _looks(mission), name="keep-out zone")
         else:
             normals, offsets = half_planes(outline(zone))
             at_given = np.nanmax(_given(mission)[:, robots, :2] @ normals.T, axis=0)  # (R, E)
-            room = np.maximum(offsets - margins.workspace, at_given)
-            yield InsideZone(normals, room, robots, label, names, dt_fine)
+            # Samples are half a step apart; an acceleration's component along a normal is at most √2 times an axis's.
+            bulge = _bulge(mission, 0.5 * dt)[robots, None] * math.sqrt(2.0)
+            room = np.maximum(offsets - margins.workspace - bulge, at_given)
+            yield InsideZone(normals, room, robots, label, names, 0.5 * dt)
 
 
 def _room_beside(mission: Mission, body: Solid, *, at_starts: bool = True) -> Array:
@@ -171,6 +179,23 @@ def _may_be_above(mission: Mission, top: float) -> Array:
     if mission.dimension == 3:
         return np.full(len(mission.robots), mission.workspace.upper[2] > top)
     return np.asarray(fleet.altitudes(mission) >= top)
+
+
+def _bulge(mission: Mission, h: float) -> Array:
+    """(N,) how far a path bulges out along an axis between samples ``h`` [s] apart [m]: u h²/8."""
+    return np.asarray(fleet.accelerations(mission) * (h * h / 8.0))
+
+
+def _block(mission: Mission) -> int:
+    """Steps in which robots at full speed move as far as they have to stay apart: what is worth a box."""
+    way = float(fleet.speeds(mission).max()) * mission.horizon.dt
+    return max(1, round(mission.limits.separation / way))
+
+
+def _looks(mission: Mission) -> int:
+    """Points of a step at which solids are looked at: ``LOOK`` apart at full speed."""
+    way = float(fleet.speeds(mission).max()) * mission.horizon.dt
+    return min(max(2, math.ceil(way / LOOK - 1e-9)), MOST_LOOKS)
 
 
 def _given(mission: Mission) -> Array:

@@ -75,7 +75,7 @@ def build_problem(mission: Mission, margins: Margins | None = None, *, coarse: b
         dynamics=dynamics,
         metric=ergodic_metric(mission),
         constraints=(
-            *clearances(mission, margins, dt / dynamics.substeps),
+            *clearances(mission, margins),
             *control_bounds(mission, envelope(mission, margins)),
             *policy.required,
         ),

@@ -1,7 +1,7 @@
-"""Broad phase: which pairs of robots may be close, in blocks of time.
+"""Broad phase: which pairs of robots, or robots and places, may be close, in blocks of time.
 
-A box around every robot's samples of a block is cheap to compare; only pairs whose boxes are near need their distances
-worked out sample by sample. What is left is close to linear in robots.
+A box around every robot's path in a block of steps is cheap to compare; only where boxes are near are closest
+approaches worked out step by step. What is left is close to linear in robots.
 """
 
 from __future__ import annotations
@@ -11,23 +11,29 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 
-BLOCK = 5  # samples a block
 
-
-def box_gaps(x: Array, pairs: NDArray[np.intp]) -> Array:
-    """Squared distances between boxes around blocks of samples, (pairs, blocks): never above the samples' own.
+def box_gaps(low: Array, high: Array, other_low: Array, other_high: Array) -> Array:
+    """Squared distances between boxes, broadcast: never above those of what is in them.
 
     Args:
-        x: (ν, N, S) positions.
-        pairs: (pairs, 2) robot indices.
+        low: (ν, ...) lower corners.
+        high: (ν, ...) upper corners.
+        other_low: (ν, ...) of the other boxes.
+        other_high: (ν, ...) of the other boxes.
     """
-    edges = np.arange(0, x.shape[2], BLOCK)
-    low, high = np.minimum.reduceat(x, edges, axis=2), np.maximum.reduceat(x, edges, axis=2)
-    i, j = pairs[:, 0], pairs[:, 1]
-    squares = np.zeros((len(pairs), len(edges)))
-    for d in range(len(x)):
-        gap = np.maximum(low[d][i] - high[d][j], low[d][j] - high[d][i])
+    squares: Array | float = 0.0
+    for d in range(len(low)):
+        gap = np.maximum(low[d] - other_high[d], other_low[d] - high[d])
         np.maximum(gap, 0.0, out=gap)
         gap *= gap
-        squares += gap
-    return squares
+        squares = squares + gap
+    return np.asarray(squares)
+
+
+def spans_of(
+    pairs: NDArray[np.intp], blocks: NDArray[np.intp], block: int, count: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs and spans (M,) of blocks of ``block`` spans, of ``count`` spans in all: the last block may be short."""
+    spans = blocks[:, None] * block + np.arange(block)
+    inside = spans < count
+    return np.broadcast_to(pairs[:, None], spans.shape)[inside], spans[inside]

@@ -1,4 +1,4 @@
-"""Robots stay out of circular obstacles (vertical cylinders), at the steps and between them."""
+"""Robots stay out of circular obstacles (vertical cylinders), at every instant."""
 
 from __future__ import annotations
 
@@ -8,60 +8,77 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.constraints.base import Evaluation, Place
+from planner.constraints.blocks import box_gaps
+from planner.constraints.paths import EXACT, SEARCHED, Closest, Indices, Paths, When, closest, place_at, push, shares
 from planner.dynamics import Cotangent, Motion
+
+NEAR = 1.5  # radii of distance from which on a bound will do
 
 
 @dataclass(frozen=True)
 class Obstacles:
-    """g = (r² − d²)/(2 r): metres to first order at the edge, smooth at the centre.
+    """g = (r² − d²)/(2 r) at the closest approach of a step: metres to first order at the edge, smooth at the centre.
 
     Attributes:
         center: (O, 2) centres x, y [m].
         radius: (N, O) distance each robot keeps from each centre [m].
-        names: of all robots. dt: time between fine samples [s].
+        names: of all robots. dt: planning step [s].
+        when: at every instant, or at samples only.
     """
 
     center: Array
     radius: Array
     names: tuple[str, ...]
     dt: float
+    when: When = When.ALWAYS
     name: str = "obstacle clearance"
     unit: str = "m"
     tolerance: float = 1e-3
     swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (N, O, S) over the fine samples."""
-        delta, squares = self._distances(motion)
+        """Residual (N, O, K) over the steps (or samples); far from an obstacle, a bound far below zero."""
+        paths = Paths.of(motion, self.when)
+        squares, at = self._closest(paths)
         radius = self.radius[..., None]
         residual = (radius**2 - squares) / (2.0 * radius)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            n, o, s = np.nonzero(weights)
-            force = (delta[:, n, o, s] * (weights[n, o, s] / self.radius[n, o])).T
-            np.subtract.at(cotangent.q_fine[..., :2], (s, n), force)
+            n, o, k = np.nonzero(weights)
+            share = shares(at[n, o, k])
+            force = place_at(self._from_center(paths, n, o, k), share) * (-weights[n, o, k] / self.radius[n, o])
+            push(cotangent.q_fine, paths.sample[:, k], share, n, force)
 
         return Evaluation(residual, pull)
 
     def violation(self, motion: Motion) -> Array:
-        """Depth inside the obstacle [m], (N, O, S)."""
-        _, squares = self._distances(motion)
+        """Depth inside the obstacle [m], (N, O, K); far from it a bound."""
+        squares, _ = self._closest(Paths.of(motion, self.when), EXACT)
         depth: Array = self.radius[..., None] - np.sqrt(squares)
         return depth
 
     def place(self, index: tuple[int, ...]) -> Place:
-        """The robot, the obstacle, the instant."""
-        robot, obstacle, s = index
+        """The robot, the obstacle, the step."""
+        robot, obstacle, k = index
         x, y = self.center[obstacle]
-        return Place(f"{self.names[robot]}, obstacle at ({x:g}, {y:g})", s * self.dt)
+        return Place(f"{self.names[robot]}, obstacle at ({x:g}, {y:g})", k * self.dt)
 
     def stacked(self, swarms: int, robots: int) -> Obstacles:
         """The same for several swarms."""
         del robots  # Unused.
         return replace(self, radius=np.tile(self.radius, (swarms, 1)), names=self.names * swarms)
 
-    def _distances(self, motion: Motion) -> tuple[Array, Array]:
-        """Vectors from the centres (2, N, O, S) and their squared lengths (N, O, S): time last, where NumPy is fast."""
-        x = np.ascontiguousarray(motion.q_fine.T[:2])  # (2, N, S)
-        delta = x[:, :, None] - self.center.T[:, None, :, None]
-        return delta, (delta * delta).sum(axis=0)
+    def _closest(self, paths: Paths, parts: int = SEARCHED) -> Closest:
+        """Closest approaches (N, O, K) to the centres; well away from them, a lower bound."""
+        near = NEAR if self.when is When.ALWAYS else np.inf
+        low, high = (corner[:2, :, None] for corner in paths.boxes(1))
+        center = self.center.T[:, None, :, None]
+        squares = box_gaps(low, high, center, center)
+        at = np.zeros_like(squares)
+        n, o, k = np.nonzero(squares < (near * self.radius[..., None]) ** 2)
+        squares[n, o, k], at[n, o, k] = closest(self._from_center(paths, n, o, k), parts)
+        return Closest(squares, at)
+
+    def _from_center(self, paths: Paths, n: Indices, o: Indices, k: Indices) -> Array:
+        """Start, middle and end (3, 2, M) of robots n in spans k, seen from obstacles o."""
+        return paths.at(n, k)[:, :2] - self.center.T[:, o]

@@ -1,4 +1,4 @@
-"""Robots keep apart: |q_i(t) − q_j(t)| ≥ ε_a (IMEC, Eq. 9e), at the steps and between them.
+"""Robots keep apart: |q_i(t) − q_j(t)| ≥ ε_a (IMEC, Eq. 9e), at every instant.
 
 Distances may count less along an axis, which makes the sphere around a robot an ellipsoid: downwash reaches farther
 down than aside.
@@ -13,22 +13,35 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.constraints.base import Evaluation, Place, stacked_pairs
-from planner.constraints.blocks import BLOCK, box_gaps
+from planner.constraints.blocks import box_gaps, spans_of
+from planner.constraints.paths import (
+    EXACT,
+    SEARCHED,
+    Closest,
+    Paths,
+    When,
+    closest,
+    near_origin,
+    place_at,
+    push,
+    shares,
+)
 from planner.dynamics import Cotangent, Motion
 
-MANY_PAIRS = 100  # from here on, boxes of blocks of samples are compared first
+NEAR = 1.5  # limits of distance from which on a bound will do
 
 
 @dataclass(frozen=True)
 class Separation:
-    """g = (ε² − d²)/(2 ε): metres to first order at the limit, smooth even where two robots coincide.
+    """g = (ε² − d²)/(2 ε) at the closest approach of a step: metres to first order at the limit.
 
     Attributes:
         pairs: (P, 2) robot indices.
         distance: (P,) smallest distance allowed [m].
-        names: of all robots. dt: time between fine samples [s].
+        names: of all robots. dt: planning step [s].
         scale: (ν,) by how much distance counts along each axis; None: fully.
-        landing: only the last of the fine samples counts, from where a robot descends.
+        when: at every instant, at samples, or at the end only, from where a robot descends.
+        block: steps that are compared at once to begin with.
     """
 
     pairs: NDArray[np.intp]
@@ -36,78 +49,71 @@ class Separation:
     names: tuple[str, ...]
     dt: float
     scale: Array | None = None
-    landing: bool = False
+    when: When = When.ALWAYS
+    block: int = 4
     name: str = "separation"
     unit: str = "m"
     tolerance: float = 1e-3
     swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (P, S) over the fine samples.
+        """Residual (P, K) over the steps (or samples).
 
         Of pairs that are far apart for a while, a bound stands for the residual; it is far below zero.
         """
-        x = self._positions(motion)
-        squares = self._squares(x) if len(self.pairs) < MANY_PAIRS else self._near_squares(x)
+        paths = self._paths(motion)
+        squares, at = self._closest(paths)
         epsilon = self.distance[:, None]
         squares *= -0.5 / epsilon
         squares += 0.5 * epsilon
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            p, s = np.nonzero(weights)  # few pairs are close at any time
+            p, k = np.nonzero(weights)  # few pairs are close at any time
             i, j = self.pairs[p, 0], self.pairs[p, 1]
-            force = (x[:, i, s] - x[:, j, s]) * (weights[p, s] / self.distance[p])
+            share = shares(at[p, k])
+            force = place_at(paths.at(i, k) - paths.at(j, k), share)
+            force *= weights[p, k] / self.distance[p]
             if self.scale is not None:
                 force *= self.scale[:, None]
-            on_samples = cotangent.q_fine[self._samples]
-            _, robots, nu = on_samples.shape
-            at_i, at_j = s * robots + i, s * robots + j
-            for d in range(nu):
-                total = np.bincount(at_j, force[d], on_samples[..., d].size)
-                total -= np.bincount(at_i, force[d], on_samples[..., d].size)
-                on_samples[..., d] += total.reshape(-1, robots)
+            samples = paths.sample[:, k]
+            push(cotangent.q_fine, samples, share, i, -force)
+            push(cotangent.q_fine, samples, share, j, force)
 
         return Evaluation(squares, pull)
 
     def violation(self, motion: Motion) -> Array:
-        """ε_a − d [m], (P, S)."""
-        squares = self._squares(self._positions(motion))
-        missing: Array = self.distance[:, None] - np.sqrt(squares)
+        """ε_a − d [m], (P, K); of pairs that are far apart a bound."""
+        missing: Array = self.distance[:, None] - np.sqrt(self._closest(self._paths(motion), EXACT).squares)
         return missing
 
     def place(self, index: tuple[int, ...]) -> Place:
-        """The pair, the instant."""
+        """The pair, the step."""
         i, j = self.pairs[index[0]]
-        return Place(f"{self.names[i]}-{self.names[j]}", index[1] * self.dt if not self.landing else None)
+        return Place(f"{self.names[i]}-{self.names[j]}", index[1] * self.dt if self.when is not When.END else None)
 
     def stacked(self, swarms: int, robots: int) -> Separation:
         """The same for several swarms."""
         pairs = stacked_pairs(self.pairs, swarms, robots)
         return replace(self, pairs=pairs, distance=np.tile(self.distance, swarms), names=self.names * swarms)
 
-    def _positions(self, motion: Motion) -> Array:
-        """(ν, N, S), scaled: time last, where NumPy is fast."""
-        x = np.ascontiguousarray(motion.q_fine[self._samples].T)
-        return x if self.scale is None else x * self.scale[:, None, None]
+    def _paths(self, motion: Motion) -> Paths:
+        paths = Paths.of(motion, self.when)
+        return paths if self.scale is None else paths.scaled(self.scale)
 
-    def _squares(self, x: Array) -> Array:
-        """Squared distances (P, S)."""
-        delta = x[:, self.pairs[:, 0]] - x[:, self.pairs[:, 1]]
-        delta *= delta
-        squares: Array = delta.sum(axis=0)
-        return squares
-
-    def _near_squares(self, x: Array) -> Array:
-        """Squared distances (P, S); of pairs that stay farther apart than twice the limit, a lower bound a block."""
-        gaps, last = box_gaps(x, self.pairs), x.shape[2] - 1
-        squares = np.repeat(gaps, BLOCK, axis=1)[:, : last + 1]
-        p, block = np.nonzero(gaps < (2.0 * self.distance[:, None]) ** 2)
-        s = np.minimum(block[:, None] * BLOCK + np.arange(BLOCK), last)  # the last block may be short
-        i, j, p = self.pairs[p, :1], self.pairs[p, 1:], p[:, None]
-        delta = x[:, i, s] - x[:, j, s]
-        squares[p, s] = (delta * delta).sum(axis=0)
-        return squares
-
-    @property
-    def _samples(self) -> slice:
-        return slice(-1, None) if self.landing else slice(None)
+    def _closest(self, paths: Paths, parts: int = SEARCHED) -> Closest:
+        """Closest approaches (P, K); of pairs that stay well apart, a lower bound."""
+        near = NEAR if self.when is When.ALWAYS else np.inf
+        low, high = paths.boxes(self.block)
+        i, j = self.pairs.T
+        gaps = box_gaps(low[:, i], high[:, i], low[:, j], high[:, j])
+        reach, count = near * self.distance, paths.points.shape[3]
+        squares = np.repeat(gaps, self.block, axis=1)[:, :count] if self.block > 1 else gaps
+        at = np.zeros_like(squares)
+        p, blocks = np.nonzero(gaps < reach[:, None] ** 2)
+        p, k = spans_of(p, blocks, self.block, count)
+        apart = paths.at(i[p], k) - paths.at(j[p], k)
+        maybe = near_origin(apart, reach[p])
+        squares[p, k] = np.maximum(squares[p, k], reach[p] ** 2)
+        p, k = p[maybe], k[maybe]
+        squares[p, k], at[p, k] = closest(apart[:, :, maybe], parts)
+        return Closest(squares, at)

@@ -22,7 +22,9 @@ from planner.constraints.base import Constraint
 from planner.constraints.connection import Connection
 from planner.constraints.control_box import ControlBox
 from planner.constraints.obstacles import Obstacles
+from planner.constraints.paths import When
 from planner.constraints.separation import Separation
+from planner.constraints.solids import Outside
 from planner.constraints.workspace import Inside
 from planner.dynamics import Cotangent, Motion, StateGradient
 from planner.problem import Problem
@@ -63,6 +65,10 @@ class Cost:
         boxes = [c for c in problem.constraints if isinstance(c, Inside)]
         others = [c for c in problem.constraints if not isinstance(c, Inside | ControlBound | ControlBox)]
         others = [replace(c, quadrature=c.exact) if isinstance(c, Connection) else c for c in others]
+        places = Separation | Obstacles | Outside
+        others = [
+            replace(c, when=When.SAMPLES) if isinstance(c, places) and c.when is When.ALWAYS else c for c in others
+        ]
         least, largest = np.array(-math.inf), np.array(math.inf)
         for bound in problem.constraints:
             if isinstance(bound, ControlBound):

@@ -1,0 +1,174 @@
+"""What robots do within steps: closest approaches in continuous time, not at samples.
+
+Controls are constant over a step, so positions are quadratic in time, and three samples a step say all of it:
+
+    r(s) = r_0 + b s + a s²,   s in [0, 1],   a = 2 (r_0 − 2 r_½ + r_1),   b = 4 r_½ − 3 r_0 − r_1.
+
+The squared distance |r(s)|² is a quartic. Its smallest value over the step is found on a few points and polished by
+Newton's method; there, either its slope is zero or s is an end, so by the envelope theorem the gradient of the smallest
+value is the gradient at fixed s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missions.arrays import Array
+from planner.dynamics import Motion
+
+SEARCHED, EXACT = 4, 16  # parts of a step at whose ends a search, and the last word, look for the closest approach
+POLISH = 3  # steps of Newton's method, within the neighbouring points
+FLAT = 1e-12  # curvature [m²] below which a squared distance counts as flat
+
+Indices = NDArray[np.intp]
+
+
+class When(Enum):
+    """When a constraint counts."""
+
+    ALWAYS = "at every instant"
+    SAMPLES = "at the samples of q_fine only, whatever they are"
+    END = "at the end only"
+
+
+@dataclass(frozen=True)
+class Paths:
+    """All robots in K spans of time: steps, or single samples, which are spans in which nobody moves.
+
+    Attributes:
+        points: (3, ν, N, K) start, middle and end [m]; time last, where NumPy is fast.
+        sample: (3, K) rows of q_fine that they are.
+    """
+
+    points: Array
+    sample: Indices
+
+    @classmethod
+    def of(cls, motion: Motion, when: When = When.ALWAYS) -> Paths:
+        """Paths of a motion with one sample between any two steps."""
+        x = motion.q_fine.T
+        if when is When.ALWAYS:
+            first = np.arange(0, x.shape[2] - 1, 2)
+            return cls(np.stack([x[..., :-1:2], x[..., 1::2], x[..., 2::2]]), np.stack([first, first + 1, first + 2]))
+        rows = np.arange(x.shape[2]) if when is When.SAMPLES else np.array([x.shape[2] - 1])
+        return cls(np.stack([x[..., rows]] * 3), np.stack([rows] * 3))
+
+    def scaled(self, scale: Array) -> Paths:
+        """With every axis times its ``scale`` (ν,)."""
+        return Paths(self.points * scale[:, None, None], self.sample)
+
+    def boxes(self, block: int) -> tuple[Array, Array]:
+        """Corners (ν, N, blocks) of boxes that hold the paths of ``block`` spans each."""
+        low, high = hull(self.points)
+        if block == 1:
+            return low, high
+        edges = np.arange(0, low.shape[2], block)
+        return np.minimum.reduceat(low, edges, axis=2), np.maximum.reduceat(high, edges, axis=2)
+
+    def at(self, robots: Indices, spans: Indices) -> Array:
+        """Start, middle and end (3, ν, ...) of some robots in some spans."""
+        _, nu, N, K = self.points.shape
+        chosen: Array = self.points.reshape(3, nu, N * K).take(robots * K + spans, axis=2)
+        return chosen
+
+
+def hull(points: Array) -> tuple[Array, Array]:
+    """Corners (ν, ...) of boxes around the control points of paths through three points (3, ν, ...): they hold them."""
+    start, middle, end = points
+    control = start + end
+    control *= -0.5
+    control += 2.0 * middle
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    return np.minimum(low, control, out=low), np.maximum(high, control, out=high)
+
+
+class Closest(NamedTuple):
+    """Smallest squared distances to the origin.
+
+    Attributes:
+        squares: (...) [m²]. s: (...) when within the span, in [0, 1].
+    """
+
+    squares: Array
+    s: Array
+
+
+def closest(points: Array, parts: int = SEARCHED) -> Closest:
+    """Closest approach to the origin of quadratic paths through three points (3, ν, ...).
+
+    Never farther than at any end of ``parts`` equal parts of the span; from the nearest of them, the lowest point
+    between its neighbours is found by Newton's method. Only a path that is about equally near twice within two parts
+    can be nearer than what is found.
+    """
+    r = points.reshape(3, points.shape[1], -1)
+    a, b = 2.0 * (r[0] - 2.0 * r[1] + r[2]), 4.0 * r[1] - 3.0 * r[0] - r[2]
+    # ½ d/ds |r|² = c_0 + c_1 s + c_2 s² + c_3 s³
+    c = np.stack([_dot(r[0], b), _dot(b, b) + 2.0 * _dot(r[0], a), 3.0 * _dot(a, b), 2.0 * _dot(a, a)])
+    s = np.linspace(0.0, 1.0, parts + 1)
+    change = np.stack([2.0 * s, s**2, s**3 * (2.0 / 3.0), 0.5 * s**4], axis=1) @ c  # |r(s)|² − |r(0)|²
+    nearest = change.argmin(axis=0)
+    at = guess = s[nearest]
+    low, high = s[np.maximum(nearest - 1, 0)], s[np.minimum(nearest + 1, parts)]
+    curve = c[1:] * np.array([[1.0], [2.0], [3.0]])
+    for _ in range(POLISH):
+        slope = c[0] + at * (c[1] + at * (c[2] + at * c[3]))
+        curvature = curve[0] + at * (curve[1] + at * curve[2])
+        at = np.minimum(np.maximum(at - slope / np.maximum(curvature, FLAT), low), high)
+    squares = _squares(r[0], b, a, at)
+    lowest = change.min(axis=0) + _dot(r[0], r[0])
+    at, squares = np.where(squares <= lowest, at, guess), np.minimum(squares, lowest)
+    return Closest(squares.reshape(points.shape[2:]), at.reshape(points.shape[2:]))
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """(M,) of (ν, M)."""
+    product: Array = np.einsum("dm,dm->m", a, b)
+    return product
+
+
+def _squares(start: Array, b: Array, a: Array, s: Array) -> Array:
+    """|r(s)|² (M,)."""
+    position = start + s * (b + s * a)
+    return _dot(position, position)
+
+
+def near_origin(points: Array, reach: Array) -> NDArray[np.bool_]:
+    """Whether paths (3, ν, ...) may come closer to the origin than ``reach``, by the boxes around them."""
+    low, high = hull(points)
+    gap = np.maximum(np.maximum(low, -high), 0.0)
+    return np.asarray(np.einsum("d...,d...->...", gap, gap) < reach**2)
+
+
+def shares(s: Array) -> Array:
+    """(3, ...) weights of start, middle and end in the position at s."""
+    return np.stack([(2.0 * s - 1.0) * (s - 1.0), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)])
+
+
+def place_at(points: Array, share: Array) -> Array:
+    """Positions (ν, ...) from start, middle and end (3, ν, ...) and their shares (3, ...)."""
+    place: Array = points[0] * share[0]
+    place += points[1] * share[1]
+    place += points[2] * share[2]
+    return place
+
+
+def push(gradient: Array, samples: Indices, weights: Array, robots: Indices, force: Array) -> None:
+    """Add forces on robots at instants within spans to the gradient by the samples.
+
+    Args:
+        gradient: (S, N, ν), changed in place; may be a view of some of the axes.
+        samples: (3, M) rows of start, middle and end.
+        weights: (3, M) of each.
+        robots: (M,) whom.
+        force: (ν, M).
+    """
+    S, N, _ = gradient.shape
+    at = (samples * N + robots).ravel()
+    for d, component in enumerate(force):
+        total = np.bincount(at, (weights * component).ravel(), S * N)
+        gradient[..., d] += total.reshape(S, N)
