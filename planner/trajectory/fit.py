@@ -20,7 +20,7 @@ import numpy as np
 
 from missions import fleet
 from missions.arrays import Array
-from missions.schema import Mission
+from missions.schema import FixedYaw, Mission
 from planner.plan import Plan
 from planner.trajectory.bezier import control_points
 from planner.trajectory.compressed import rounded
@@ -32,18 +32,21 @@ from planner.trajectory.poly4d import MAX_PIECES
 from planner.trajectory.regression import Bound, Fit, fit_motion
 from planner.trajectory.search import fewest_pieces
 from planner.trajectory.spline import derivative_points
+from planner.trajectory.yaw import heading
 
 AIM = 0.2  # share of the tolerance that is aimed at
 _CHECKS_PER_STEP = 10
 _GUESS = 1.5  # [s] mean piece length to begin with
 _COMPRESSED_SHORTEST = 0.7  # [s] millimetres rounded over shorter pieces shake the acceleration
 _COMPRESSED_ROUNDS = 4
+_YAW_ROUNDING = 0.03  # share of the yaw rate's limit that tenths of a degree may take
 
 
 def fit(plan: Plan, mission: Mission) -> tuple[PiecewisePolynomial, ...]:
     """Polynomials of all robots, in the mission's order.
 
-    x and y (and z of a 3-D workspace) follow the plan; z of a 2-D workspace is the flight's altitude; yaw is zero.
+    x and y (and z of a 3-D workspace) follow the plan; z of a 2-D workspace is the flight's altitude; yaw is what the
+    mission asks for, on the same knots, within its rate limit.
 
     Raises:
         TrajectoryError: a robot's plan cannot be followed within the tolerance and the acceleration limit, or leaves
@@ -101,7 +104,7 @@ def _float32(plan: Plan, mission: Mission, robot: int, most: int) -> _Candidate:
     """For poly4d, whose rounding is below a micrometre."""
     limit = float(fleet.accelerations(mission)[robot])
     found = _search(plan, mission, robot, most, SHORTEST)
-    return _candidate(plan, mission, robot, _trajectory(mission, robot, found), limit)
+    return _candidate(plan, mission, robot, _trajectory(plan, mission, robot, found), limit)
 
 
 def _millimetres(plan: Plan, mission: Mission, robot: int) -> _Candidate:
@@ -115,13 +118,13 @@ def _millimetres(plan: Plan, mission: Mission, robot: int) -> _Candidate:
     found = _search(plan, mission, robot, most, _COMPRESSED_SHORTEST)
     motion = functools.partial(plan_motion, plan, robot)
     cap = limit
-    best = _candidate(plan, mission, robot, rounded(_trajectory(mission, robot, found)), limit)
+    best = _candidate(plan, mission, robot, rounded(_trajectory(plan, mission, robot, found)), limit)
     for _ in range(_COMPRESSED_ROUNDS):
         if best.excess <= 0.0 or cap <= 0.5 * limit:
             break
         cap -= best.excess
         found = fit_motion(motion, found.spline.knots, Bound(2, cap))
-        flown = rounded(_trajectory(mission, robot, found))
+        flown = rounded(_trajectory(plan, mission, robot, found))
         best = min(best, _candidate(plan, mission, robot, flown, limit), key=_shortfall)
     return best
 
@@ -139,13 +142,21 @@ def _search(plan: Plan, mission: Mission, robot: int, most: int, shortest: float
     return fewest_pieces(attempt, knots, AIM * mission.trajectory.tolerance, most, shortest)
 
 
-def _trajectory(mission: Mission, robot: int, found: Fit) -> PiecewisePolynomial:
+def _trajectory(plan: Plan, mission: Mission, robot: int, found: Fit) -> PiecewisePolynomial:
     """All four axes."""
     axes = len(found.unknowns)
     coefficients = np.zeros((found.pieces, 4, 8))
     coefficients[:, :axes] = found.spline.coefficients(found.unknowns)
     if axes == 2:
         coefficients[:, 2, 0] = fleet.altitudes(mission)[robot]
+    settings = mission.trajectory
+    if isinstance(settings.yaw, FixedYaw):
+        coefficients[:, 3, 0] = settings.yaw.angle
+    else:
+        way = functools.partial(plan_motion, plan, robot)
+        wanted = heading(way, float(plan.t[-1]), settings.yaw, settings.yaw_rate)
+        turned = fit_motion(wanted, found.spline.knots, Bound(1, (1.0 - _YAW_ROUNDING) * settings.yaw_rate))
+        coefficients[:, 3:] = turned.spline.coefficients(turned.unknowns)
     return PiecewisePolynomial(found.spline.durations, coefficients)
 
 
