@@ -6,8 +6,8 @@ Per robot, leg after leg::
                                        └─ into the half of the memory that leg k-2 has left
 
 Whatever does not go as planned ends the mission while everybody still flies or hovers at the end of a leg: a leg that
-is not ready ``READY_BEFORE`` its start, a start that is refused or not answered, a drone that holds although its start
-was accepted. A start is never repeated: a second copy would fly the leg again from its first point.
+is not ready ``READY_BEFORE`` its start, a start that is refused or not heard, a drone that holds although its start was
+accepted. A start is never repeated: a second copy would fly the leg again from its first point.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ from deploy.radio.drone import Drone
 from deploy.radio.memory import TRAJECTORY
 from deploy.radio.requests import Conversation, Reply, Request
 from deploy.upload import loading, trajectory_id
-from missions.radio import Radio, request_rate
+from missions.radio import request_rate
+from missions.schema import Mission
 from planner.certificate.radio import LEGS_ON_THE_GROUND
-from planner.certificate.switching import READY_BEFORE, SEEN_AFTER
+from planner.certificate.switching import READY_BEFORE, SEEN_AFTER, seen_within
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.timeline import Timeline
 
 _TRIES = 6  # how often an unanswered packet of an upload is sent
-_ANSWERED_WITHIN = 0.1  # s; after that a start counts as not heard
+_ANSWERED_WITHIN = 0.1  # s; after that the drone's telemetry has to say whether it heard the start
 _PROMPT = 0.05  # s; an answer that took longer says little about when the command arrived
 
 
@@ -82,7 +83,7 @@ class Chain:
 
     Args:
         drone: who flies them. trajectory: its legs. timeline: where it is in them; the first one has begun.
-        start: scheduled start of the first [s, flight clock]. radio: what is known of commands.
+        start: scheduled start of the first [s, flight clock]. mission: what it says of radio and telemetry.
         rate: acknowledged requests a second that uploads may take.
     """
 
@@ -92,11 +93,12 @@ class Chain:
         trajectory: EncodedTrajectory,
         timeline: Timeline,
         start: float,
-        radio: Radio,
+        mission: Mission,
         rate: float,
     ) -> None:
         self.drone, self.legs, self.timeline = drone, trajectory.legs, timeline
-        self._start, self._radio, self._rate = start, radio, rate
+        self._start, self._rate = start, rate
+        self._latency, self._patience = mission.radio.latency, seen_within(mission)
         self._memory = drone.memory(TRAJECTORY)
         self.ready = min(len(self.legs), LEGS_ON_THE_GROUND)  # legs that were read back equal so far
         self._upload: Talk | None = None
@@ -125,7 +127,7 @@ class Chain:
         following = self.flying + 1
         if self.ready <= following:
             self._load(following, now)
-        if now >= self.due(following) - self._radio.latency - 0.5 * TICK:
+        if now >= self.due(following) - self._latency - 0.5 * TICK:
             self._starting = self.drone.send(highlevel.start_trajectory(trajectory_id(following)))
         return None
 
@@ -152,34 +154,44 @@ class Chain:
 
     def _seen_flying(self, now: float) -> bool:
         """Whether the drone's own word, from after the start, says that its leg flies: then the other half is free."""
-        begun, status = self.due(self.flying), self.drone.status
-        if status is None or status.t < begun + SEEN_AFTER:
-            return False
-        word = status.supervisor
-        if not word.planner_active or word.trajectory_finished:
+        flies = self._flies(self.flying)
+        if flies is False:
             raise CommandRefused(
                 f"{self.drone.name}: leg {self.flying + 1} of {len(self.legs)}: "
                 "its start was accepted, but the drone holds"
             )
-        return True
+        return flies is True
+
+    def _flies(self, number: int) -> bool | None:
+        """Whether a leg that was started flies, by the drone's own word; None as long as that is from before."""
+        status = self.drone.status
+        if status is None or status.t < self.due(number) + SEEN_AFTER:
+            return None
+        return status.supervisor.planner_active and not status.supervisor.trajectory_finished
 
     def _follow_start(self, reply: Reply, now: float) -> float | None:
         number = self.flying + 1
         which = f"{self.drone.name}: start of leg {number + 1} of {len(self.legs)}"
         if not reply.here:
-            if now - reply.sent < _ANSWERED_WITHIN - 1e-9:
+            flies, silent = self._flies(number), now - reply.sent
+            if silent < _ANSWERED_WITHIN - 1e-9 or (flies is None and silent < self._patience):
                 return None
             self.drone.forget(reply)
-            raise CommandRefused(f"{which}: no answer")
+            if not flies:
+                raise CommandRefused(f"{which}: no answer" + (", and the drone holds" if flies is False else ""))
+            return self._begin(number, reply.sent + self._latency)
         code = highlevel.return_code(reply.payload)
         if code:
             raise CommandRefused(f"{which}: {highlevel.meaning(code)}")
-        self._starting = None
         arrived = reply.arrived if reply.arrived is not None else now
         prompt = arrived - reply.sent <= _PROMPT
-        began = 0.5 * (reply.sent + arrived) if prompt else reply.sent + self._radio.latency
-        self.timeline.begin(began)
-        return began - self.due(number)
+        return self._begin(number, 0.5 * (reply.sent + arrived) if prompt else reply.sent + self._latency)
+
+    def _begin(self, number: int, t: float) -> float:
+        """A leg began at t; returns how late that was [s]."""
+        self._starting = None
+        self.timeline.begin(t)
+        return t - self.due(number)
 
     def end(self) -> None:
         """Wait for no answer any more."""
@@ -199,7 +211,7 @@ class Chains:
                 flight.plan.trajectories[robot.name],
                 flight.timelines[robot.name],
                 flight.search.start,
-                mission.radio,
+                mission,
                 rate,
             )
             for robot, rate in zip(mission.robots, rates, strict=True)

@@ -100,6 +100,11 @@ def allowed_speed(mission: Mission, switch: Switch) -> float:
     return max(0.0, switch.speed - (switch.jump - mission.radio.switch_jump) / delay)
 
 
+def seen_within(mission: Mission) -> float:
+    """Time after a leg's start by which the drone's own word has told whether it flies [s]."""
+    return SEEN_AFTER + TELEMETRY_WAIT / mission.flight.log_rate
+
+
 def _memory_checks(name: str, encoded: EncodedTrajectory) -> Iterable[Check]:
     """That no leg lies where the one before it flies, and floats where the firmware may read them."""
     yield check("legs share memory", overlaps(encoded), 0.0, "bytes", "<=", name)
@@ -137,7 +142,7 @@ def _separation(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> l
 
 def _uploads(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> Iterable[Check]:
     """Time every upload in flight needs, against the time between the start of the leg before and its own."""
-    seen = SEEN_AFTER + TELEMETRY_WAIT / mission.flight.log_rate
+    seen = seen_within(mission)
     for robot, rate in zip(mission.robots, request_rate(mission), strict=True):
         legs = trajectories[robot.name].legs
         times = switch_times([decode_leg(leg).duration for leg in legs])
