@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from typing import Literal
 
 from missions.airframes import GRAVITY, Airframe, airframe
-from missions.schema import Mission
+from missions.schema import FixedYaw, Mission
 from planner.certificate import motion
 from planner.certificate.checks import check
 from planner.certificate.flatness import Demands, demands
 from planner.certificate.record import Check
 from planner.trajectory.piecewise import PiecewisePolynomial
 
+RATE_TOLERANCE = 0.01  # share of the limit
+YAW_TOLERANCE = 0.01  # [rad]; the compressed format rounds to 0.1 degrees
 LEAST_WEIGHT = 0.5  # share of the weight; with less for 1 s the firmware takes it for tumbled (supervisor.c)
 # The PID controller clips what it asks for; limits are its parameters, these their defaults (platform_defaults_cf2.h).
 PID_LIMITS: Mapping[str, float] = {
@@ -35,7 +37,7 @@ def airframe_checks(mission: Mission, robot: int, flown: PiecewisePolynomial) ->
     """
     name, frame = mission.robots[robot].name, airframe(mission.flight.airframe)
     asked = demands(flown, frame)
-    checks = _motor_checks(name, frame, asked)
+    checks = [*_motor_checks(name, frame, asked), *_yaw_checks(mission, name, frame, flown, asked)]
     if mission.flight.controller == "pid":
         checks += _pid_checks(name, mission.flight.parameters, flown, asked)
     return checks
@@ -50,9 +52,21 @@ def _motor_checks(name: str, frame: Airframe, asked: Demands) -> list[Check]:
         ("least motor thrust", asked.least_motor, 0.0, "N", ">="),
         ("tilt", asked.tilt, frame.hover_tilt, "rad", "<="),
         ("roll and pitch rate", asked.rate, min(frame.rate_limit[:2]), "rad/s", "<="),
-        ("yaw rate", asked.yaw_rate, frame.rate_limit[2], "rad/s", "<="),
     )
     return [check(kind, worst.value, limit, unit, sign, name, worst.time) for kind, worst, limit, unit, sign in rows]
+
+
+def _yaw_checks(
+    mission: Mission, name: str, frame: Airframe, flown: PiecewisePolynomial, asked: Demands
+) -> list[Check]:
+    """How fast the robot turns; where it looks, if that is always the same way."""
+    wanted, rate = mission.trajectory.yaw, asked.yaw_rate
+    limit = min(mission.trajectory.yaw_rate, frame.rate_limit[2])
+    checks = [check("yaw rate", rate.value, limit, "rad/s", "<=", name, rate.time, RATE_TOLERANCE * limit)]
+    if isinstance(wanted, FixedYaw):
+        error = motion.largest_offset(flown, 3, wanted.angle)
+        checks.append(check("yaw", error.value, 0.0, "rad", "<=", name, error.time, YAW_TOLERANCE))
+    return checks
 
 
 def _pid_checks(name: str, parameters: Mapping[str, float], flown: PiecewisePolynomial, asked: Demands) -> list[Check]:

@@ -46,6 +46,15 @@ def largest_acceleration(trajectory: PiecewisePolynomial) -> Worst:
     return Worst(-float(smallest.bound[0]), float(smallest.time[0]))
 
 
+def largest_offset(trajectory: PiecewisePolynomial, axis: int, value: float) -> Worst:
+    """Largest distance of one axis (2: height, 3: yaw) from a value it should keep, in the axis's unit."""
+    points = control_points(trajectory.coefficients[:, axis], trajectory.durations) - value
+    both, knots = np.concatenate([points, -points]), trajectory.knots()  # the smallest of both is the largest distance
+    start, end, group = np.tile(knots[:-1], 2), np.tile(knots[1:], 2), np.zeros(len(both), dtype=np.intp)
+    smallest = minimise(both, start, end, group, 1, RESOLUTION)
+    return Worst(-float(smallest.bound[0]), float(smallest.time[0]))
+
+
 def largest_jump(trajectory: PiecewisePolynomial, order: int, axes: slice = _POSITION) -> Worst:
     """Largest jump of a derivative (0 position, 1 velocity, 2 acceleration) at a joint, Euclidean over the axes."""
     if trajectory.pieces == 1:

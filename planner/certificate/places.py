@@ -9,7 +9,7 @@ import numpy as np
 from missions import fleet
 from missions.obstacles import KeepInZone, KeepOutZone
 from missions.schema import Mission
-from planner.certificate import obstacles, workspace
+from planner.certificate import motion, obstacles, workspace
 from planner.certificate.checks import DISTANCE_TOLERANCE, check, names_of, room
 from planner.certificate.record import Check
 from planner.certificate.separation import Approaches, closest_approaches
@@ -47,8 +47,8 @@ def of_robot(mission: Mission, robot: int, flown: PiecewisePolynomial) -> list[C
     side = workspace.inside(flown, mission.workspace)
     checks.append(room("workspace", float(side.bound[0]), name, float(side.time[0])))
     if mission.dimension == 2:
-        value, time = workspace.altitude_error(flown, float(fleet.altitudes(mission)[robot]))
-        checks.append(check("altitude", value, 0.0, "m", "<=", name, time, DISTANCE_TOLERANCE))
+        error = motion.largest_offset(flown, 2, float(fleet.altitudes(mission)[robot]))
+        checks.append(check("altitude", error.value, 0.0, "m", "<=", name, error.time, DISTANCE_TOLERANCE))
     return [*checks, *_end_checks(mission, robot, flown)]
 
 

@@ -1,10 +1,9 @@
-"""Whether robots stay in the workspace, and at the altitude of a plane search."""
+"""Whether robots stay in the workspace."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from missions.arrays import Array
 from missions.schema import Workspace
 from planner.certificate.bernstein import Minimum, minimise
 from planner.trajectory.bezier import control_points
@@ -19,20 +18,8 @@ def inside(trajectory: PiecewisePolynomial, workspace: Workspace) -> Minimum:
     points = control_points(trajectory.coefficients[:, :nu], trajectory.durations)  # (M, ν, 8)
     lower, upper = np.array(workspace.lower)[:, None], np.array(workspace.upper)[:, None]
     sides = np.concatenate([points - lower, upper - points], axis=1)  # (M, 2ν, 8)
-    return _smallest(trajectory, sides)
-
-
-def altitude_error(trajectory: PiecewisePolynomial, altitude: float) -> tuple[float, float]:
-    """Largest distance of z from the altitude [m], and when [s]."""
-    points = control_points(trajectory.coefficients[:, 2:3], trajectory.durations) - altitude
-    smallest = _smallest(trajectory, np.concatenate([points, -points], axis=1))
-    return -float(smallest.bound[0]), float(smallest.time[0])
-
-
-def _smallest(trajectory: PiecewisePolynomial, points: Array) -> Minimum:
-    """Smallest value of polynomials (M, R, n+1) on the pieces."""
-    rows = points.shape[1]
+    rows = sides.shape[1]
     knots = trajectory.knots()
     start, end = np.repeat(knots[:-1], rows), np.repeat(knots[1:], rows)
     group = np.zeros(len(start), dtype=np.intp)
-    return minimise(points.reshape(len(start), -1), start, end, group, 1, RESOLUTION)
+    return minimise(sides.reshape(len(start), -1), start, end, group, 1, RESOLUTION)

@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from missions.airframes import GRAVITY, airframe
 from missions.mappings import FrozenMapping
-from missions.schema import Flight
+from missions.schema import FacingYaw, FixedYaw, Flight
 from planner.certificate.certify import certify
 from planner.certificate.flatness import RESOLUTION, demands
 from planner.certificate.rational import largest_ratio
@@ -196,7 +196,18 @@ def test_turning_too_fast_is_caught():
 
     certificate = certify(mission(), with_points(whirl))
     assert "yaw rate" in failed(certificate)
-    assert check_named(certificate, "yaw rate").limit <= CF21.rate_limit[2]
+    assert check_named(certificate, "yaw rate").limit == mission().trajectory.yaw_rate
+    quick = dataclasses.replace(mission().trajectory, yaw_rate=20.0)
+    assert check_named(certify(mission(trajectory=quick), good()), "yaw rate").limit == CF21.rate_limit[2]
+
+
+def test_looking_elsewhere_is_caught():
+    aside = dataclasses.replace(mission().trajectory, yaw=FixedYaw(angle=0.1))
+    certificate = certify(mission(trajectory=aside), good())
+    assert failed(certificate) == {"yaw"}
+    assert check_named(certificate, "yaw").value == pytest.approx(0.1, abs=1e-6)
+    turning = dataclasses.replace(mission().trajectory, yaw=FacingYaw(point=(1.0, 1.0)))
+    assert certify(mission(trajectory=turning), good()).passed, "where it looks on its way is the planner's to judge"
 
 
 def with_controller(controller, **parameters):

@@ -132,9 +132,10 @@ def test_places_to_stay_in(curve):
     edges = np.roll(corners, -1, axis=0) - corners
     left = _cross(edges[:, None], q[:, :2] - corners[:, None]) / np.linalg.norm(edges, axis=1)[:, None]
     assert zone.bound[0] <= left.min() + noise
-    error, time = workspace.altitude_error(curve, 0.6)
-    assert error >= np.abs(q[:, 2] - 0.6).max() - noise
-    assert np.abs(one_sided(curve, time)[:, 2] - 0.6).max() >= error - workspace.RESOLUTION - noise
+    for axis in (2, 3):
+        error = motion.largest_offset(curve, axis, 0.6)
+        assert error.value >= np.abs(q[:, axis] - 0.6).max() - noise
+        assert np.abs(one_sided(curve, error.time)[:, axis] - 0.6).max() >= error.value - motion.RESOLUTION - noise
 
 
 def _cross(a, b):
