@@ -173,7 +173,8 @@ def test_thrust_tilt_and_rates(curve):
             assert taken.min() <= worst.value + flatness.RESOLUTION * unit + noise
             continue
         assert worst.value >= samples[name].max() * (1 - 1e-9) - noise
-        assert taken.max() >= worst.value * (1 - 1e-6) - flatness.RESOLUTION * unit - noise
+        if size < 1e6:  # [m/s³]; fourth powers of more are beyond float64: still a bound, but not a tight one
+            assert taken.max() >= worst.value * (1 - 1e-6) - flatness.RESOLUTION * unit - noise
 
 
 def asked_of(velocity, acceleration, jerk):
