@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+from missions.assignment import assigned
 from missions.errors import MissionError
 from missions.files import read_map_file, read_text
 from missions.mappings import FrozenMapping
@@ -52,6 +53,9 @@ def parse_mission(text: str, *, path: str, read_file: Callable[[str], bytes]) ->
     _check_version(root, reader)
     mission = reader.read_record(root, Mission)
     validate(mission, reader.error)
+    if mission.flight.assignment != "fixed":
+        mission = assigned(mission)
+        validate(mission, reader.error)
     mission, files = _with_density(mission, read_file, reader)
     return dataclasses.replace(mission, source=MissionSource(path, text, FrozenMapping(files)))
 

@@ -17,7 +17,14 @@ from missions.airframes import Airframe, airframe
 from missions.arrays import Array
 from missions.errors import MissionError
 from missions.radio import drones_sharing
-from missions.schema import Gaussian, GaussianMixtureMap, Mission
+from missions.schema import (
+    Gaussian,
+    GaussianMixtureMap,
+    Mission,
+    NoConnectivity,
+    ProbabilisticConnectivity,
+    SimultaneousConnectivity,
+)
 from missions.uris import check_uri, same_drone
 from missions.validate_connectivity import check_connectivity
 from missions.validate_places import check_limits, check_places
@@ -52,6 +59,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     _check_parameters(mission, error)
     _check_radio(mission, error)
     check_connectivity(mission, error)
+    _check_assignment(mission, error)
 
 
 def _airframe(mission: Mission, error: ErrorAt) -> Airframe:
@@ -165,6 +173,17 @@ def _check_unique(keys: Iterable[str], names: list[str], field: str, error: Erro
         if key and key in seen:
             raise error(f"the same as robots[{seen[key]}]'s ({names[seen[key]]}); each needs its own", _at(i, field))
         seen[key] = i
+
+
+def _check_assignment(mission: Mission, error: ErrorAt) -> None:
+    """Who exchanges his start with another takes his meetings with him: that must not matter."""
+    policy = mission.connectivity
+    if mission.flight.assignment == "fixed" or isinstance(policy, NoConnectivity):
+        return
+    own = isinstance(policy, ProbabilisticConnectivity | SimultaneousConnectivity) and policy.thresholds
+    if policy.pairs != "all" or own:
+        reason = "got cheapest, with pairs that depend on who starts where; allowed: fixed, or cheapest with"
+        raise error(f"{reason} 'connectivity.pairs: all' and one threshold", "flight.assignment")
 
 
 def _check_parameters(mission: Mission, error: ErrorAt) -> None:

@@ -131,21 +131,23 @@ def _check_velocity(mission: Mission, i: int, velocity: Vector, error: ErrorAt) 
 
 
 def _check_apart(mission: Mission, points: Array, field: str, error: ErrorAt) -> None:
-    """Points (N, ν), NaN where a robot has none, at least the separation apart; as an ellipsoid if heights differ."""
+    """Points (N, ν), NaN where a robot has none, at least the separation apart, with downwash: robots hover there."""
     least, names = mission.limits.separation, [robot.name for robot in mission.robots]
-    x = fleet.in_space(mission, points) * np.array([1.0, 1.0, fleet.vertical_scale(mission)])
+    x = fleet.in_space(mission, points) * np.array([1.0, 1.0, fleet.transfer_scale(mission)])
     for i, j in itertools.combinations(range(len(names)), 2):
         distance = math.dist(x[i], x[j])
         if distance < least - SLACK:
-            counted = "" if fleet.vertical_scale(mission) == 1.0 else ", vertical distance counted as downwash has it"
+            counted = ", vertical distance counted as downwash has it" if fleet.at_different_heights(mission) else ""
             reason = f"{field}s of {names[i]} and {names[j]} are {distance:.3g} m apart{counted}"
             raise error(f"{reason}; allowed: at least {least:g} [m]", _at(j, field))
 
 
 def _check_ends(mission: Mission, error: ErrorAt) -> None:
-    """Ends that are given: apart, also seen from above, and nothing below: from there robots go straight down."""
+    """Ends that are given: apart; if robots land there also seen from above, and with nothing below."""
     ends, names = fleet.ends(mission), [robot.name for robot in mission.robots]
     _check_apart(mission, ends, "end", error)
+    if mission.flight.return_to == "pads":
+        return
     for i, j in itertools.combinations(range(len(names)), 2):
         distance = math.dist(ends[i][:2], ends[j][:2])
         if distance < mission.limits.separation - SLACK:

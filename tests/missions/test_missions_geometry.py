@@ -15,6 +15,7 @@ from missions import MissionError, fleet, load_mission, parse_mission
 
 EXAMPLES = Path(missions.__file__).parent / "examples"
 ZONES, LAYERS, ROOM = ((EXAMPLES / name).read_text() for name in ("zones.yaml", "layers.yaml", "room_in_3d.yaml"))
+STAY = "\nflight: {return_to: none}\n"  # lands where the search ends
 
 
 def refuse(text, old, new):
@@ -118,13 +119,18 @@ REFUSED = [
     (ROOM, "end: start,", "end: [0.5, 0.5, 1.7],", r"robots\[0\]\.end: .* outside the workspace"),
     (ROOM, "end: start,", "end: [0.1, 0.0, 0.5],", r"robots\[0\]\.end: .* inside obstacles\[0\]"),
     (
-        ROOM,
+        ROOM + STAY,
         "end: start,",
         "end: [0.1, 0.0, 1.2],",
         r"robots\[0\]\.end: .* above obstacles\[0\]; allowed: nothing below",
     ),
     (ROOM, "end: start,", "end: [1.0, 0.6, 1.3],", r"robots\[1\]\.end: ends of cf1 and cf2 are 0\.2 m apart, vertical"),
-    (ROOM, "end: start,", "end: [1.0, 0.7, 1.6],", r"robots\[1\]\.end: .* 0\.1 m apart seen from above; .* land"),
+    (
+        ROOM + STAY,
+        "end: start,",
+        "end: [1.0, 0.7, 1.6],",
+        r"robots\[1\]\.end: .* 0\.1 m apart seen from above; .* land",
+    ),
     (
         ROOM,
         "start: [1.0, 0.6, 0.9]",
@@ -143,7 +149,7 @@ REFUSED = [
         "vertical_separation: 0.2",
         r"limits\.vertical_separation: got 0\.2; allowed: at least the separation of 0\.3",
     ),
-    (LAYERS, "end: [0.0, -0.8]", "end: [-0.4, 0.3]", r"robots\[2\]\.end: got .* above obstacles\[1\]"),
+    (LAYERS + STAY, "end: [0.0, -0.8]", "end: [-0.4, 0.3]", r"robots\[2\]\.end: got .* above obstacles\[1\]"),
     (LAYERS, "end: [0.0, -0.8]", "end: [0.7, 0.6]", r"robots\[2\]\.end: ends of middle and high are"),
 ]
 
