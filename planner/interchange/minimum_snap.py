@@ -64,9 +64,11 @@ def choose_times(points: Array, speed: float, acceleration: float) -> Array:
         (K,) [s], from 0.
 
     Raises:
-        InterchangeError: no times were found, e.g. for points of no distance.
+        InterchangeError: consecutive points are equal, or so close together that no times were found.
     """
     lengths = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
+    if not lengths.all():
+        raise InterchangeError(f"waypoint {int(np.argmin(lengths)) + 2} is the one before; allowed: another point")
     h = np.maximum(lengths / speed, np.sqrt(lengths / acceleration))
     h = np.maximum(h, 1e-3 * float(h.sum()))
     best, shortest = h, math.inf

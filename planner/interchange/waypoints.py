@@ -23,17 +23,19 @@ class Waypoints:
     """Where to be, in order.
 
     Attributes:
-        points: (K, 4) x, y, z [m], yaw [rad], continuous.
+        points: (K, 3) x, y, z [m].
         times: (K,) [s], from 0, increasing; None if they are to be chosen.
+        yaw: (K,) [rad], continuous; None if it is the mission's.
     """
 
     points: Array
-    times: Array | None
+    times: Array | None = None
+    yaw: Array | None = None
 
     def __post_init__(self) -> None:
-        self.points.setflags(write=False)
-        if self.times is not None:
-            self.times.setflags(write=False)
+        for array in (self.points, self.times, self.yaw):
+            if array is not None:
+                array.setflags(write=False)
 
 
 def parse_waypoints(text: str, name: str = "waypoint CSV") -> Waypoints:
@@ -61,10 +63,9 @@ def parse_waypoints(text: str, name: str = "waypoint CSV") -> Waypoints:
     numbers = [number for number, _ in lines]
     if width == 3:
         _check_apart(rows, numbers, name)
-        return Waypoints(np.column_stack([rows, np.zeros(len(rows))]), None)
+        return Waypoints(rows)
     _check_times(rows[:, 0], numbers, name)
-    yaw = rows[:, 4] if width == 5 else np.zeros(len(rows))
-    return Waypoints(np.column_stack([rows[:, 1:4], yaw]), rows[:, 0].copy())
+    return Waypoints(rows[:, 1:4].copy(), rows[:, 0].copy(), rows[:, 4].copy() if width == 5 else None)
 
 
 def _cells(line: str) -> list[str]:

@@ -31,7 +31,8 @@ def poly4d_legs(trajectory: PiecewisePolynomial) -> tuple[Leg, ...]:
         return (Leg(Encoding.POLY4D, encode_poly4d(trajectory), trajectory.pieces),)
     data = encode_pieces(trajectory)
     pieces = [data[at : at + PIECE_SIZE] for at in range(0, len(data), PIECE_SIZE)]
-    cuts = choose_joints(trajectory, np.full(len(pieces), PIECE_SIZE), 0)
+    rounded = PiecewisePolynomial(trajectory.durations.astype("<f4"), trajectory.coefficients.astype("<f4"))
+    cuts = choose_joints(rounded, np.full(len(pieces), PIECE_SIZE), 0)  # as what is read back would be cut
     return tuple(
         Leg(Encoding.POLY4D, b"".join(pieces[begin:end]), end - begin, offset_of(number))
         for number, (begin, end) in enumerate(pairwise(cuts))

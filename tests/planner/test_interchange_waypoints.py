@@ -26,13 +26,16 @@ def random_points(count, seed):
 def test_the_published_formats():
     spiral = parse_waypoints(SPIRAL)
     assert spiral.times is None
-    np.testing.assert_array_equal(spiral.points[3], [0.0, 0.5, 1.9, 0.0])
+    np.testing.assert_array_equal(spiral.points[3], [0.0, 0.5, 1.9])
+    assert spiral.yaw is None
     helix = parse_waypoints(HELIX)
     np.testing.assert_array_equal(helix.times, [0.0, 1.5, 2.25])
-    np.testing.assert_array_equal(helix.points[2], [0.0, 1.0, 0.2, 2.5])
+    np.testing.assert_array_equal(helix.points[2], [0.0, 1.0, 0.2])
+    np.testing.assert_array_equal(helix.yaw, [0.0, 1.0, 2.5])
     timed = parse_waypoints("0,1,2,3,\n1,2,3,4,\n\n")
     np.testing.assert_array_equal(timed.times, [0.0, 1.0])
-    np.testing.assert_array_equal(timed.points, [[1.0, 2.0, 3.0, 0.0], [2.0, 3.0, 4.0, 0.0]])
+    np.testing.assert_array_equal(timed.points, [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
+    assert timed.yaw is None
 
 
 @pytest.mark.parametrize(
