@@ -1,24 +1,28 @@
-"""Plots of a study as small SVG files: one figure a claim, every run a dot, one colour a group of runs."""
+"""Plots of a study as small SVG files: every run a dot, one colour a group of runs, a line through its medians."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import statistics
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
+from planner.study.claims import OVER_A_COLUMN
+from planner.study.judge import Row, counted, number
 from planner.study.record import Claim, Study
 
-Row = Mapping[str, str]
 WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT = 420, 260, 62, 42, 30, 12  # px
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # safe for the colour-blind
 LOGARITHMIC = {"ergodicity"}
 
 
 def write_plots(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
-    """One SVG for every pair of columns (and rows) a claim is about; claims without numbers get none."""
+    """One SVG for every pair of columns (and rows) a trend is about; trends without numbers get none."""
     written: list[Path] = []
     for claim in study.claims:
+        if claim.trend not in OVER_A_COLUMN:
+            continue
         where = "".join(f"_{value}" for value in claim.where.values())
         path = folder / f"{study.name}_{claim.y}_over_{claim.x.rpartition('.')[2]}{where}.svg"
         picture = plot(study, rows, claim)
@@ -33,9 +37,9 @@ def plot(study: Study, rows: Sequence[Row], claim: Claim) -> str:
     taken = {claim.x, *claim.where}
     axis = next((axis for axis in study.sweep if axis not in taken and len(study.sweep[axis]) > 1), None)
     dots = []
-    for row in rows:
-        x, y = _number(row.get(claim.x)), _number(row.get(claim.y))
-        asked = row.get("feasible") == "True" and all(row[key] == str(value) for key, value in claim.where.items())
+    for row in counted(study, rows):
+        x, y = number(row, claim.x), number(row, claim.y)
+        asked = all(row[key] == str(value) for key, value in claim.where.items())
         if asked and math.isfinite(x) and math.isfinite(y) and (claim.y not in LOGARITHMIC or y > 0.0):
             dots.append((x, math.log10(y) if claim.y in LOGARITHMIC else y, row[axis] if axis else ""))
     if len(dots) < 2:
@@ -46,6 +50,8 @@ def plot(study: Study, rows: Sequence[Row], claim: Claim) -> str:
         f'<circle cx="{xs(x):.1f}" cy="{ys(y):.1f}" r="3.2" fill="{COLOURS[keys.index(key) % len(COLOURS)]}"/>'
         for x, y, key in dots
     ]
+    if claim.x in study.sweep:
+        body += [_medians([(x, y) for x, y, of in dots if of == key], xs, ys, i) for i, key in enumerate(keys)]
     legend = [
         f'<tspan fill="{COLOURS[i % len(COLOURS)]}"> ● {escape(key)}</tspan>' for i, key in enumerate(keys) if axis
     ]
@@ -53,6 +59,13 @@ def plot(study: Study, rows: Sequence[Row], claim: Claim) -> str:
         name = escape((axis or "").rpartition(".")[2])
         body.append(f'<text x="{WIDTH - RIGHT}" y="16" text-anchor="end">{name}{"".join(legend)}</text>')
     return "\n".join([*_frame(claim, xs, ys), *body, "</svg>", ""])
+
+
+def _medians(points: Sequence[tuple[float, float]], xs: _Scale, ys: _Scale, colour: int) -> str:
+    """A line through the median of every x."""
+    middles = {x: statistics.median(y for other, y in points if other == x) for x in sorted({x for x, _ in points})}
+    path = "L".join(f"{xs(x):.1f} {ys(y):.1f}" for x, y in middles.items())
+    return f'<path d="M{path}" fill="none" stroke="{COLOURS[colour % len(COLOURS)]}" stroke-width="1.5"/>'
 
 
 class _Scale:
@@ -98,10 +111,3 @@ def _frame(claim: Claim, xs: _Scale, ys: _Scale) -> list[str]:
         out.append(f'<text x="{LEFT - 5}" y="{ys(value) + 4:.1f}" text-anchor="end">{shown}</text>')
         out.append(f'<path d="M{LEFT} {ys(value):.1f}H{WIDTH - RIGHT}" stroke="#dddddd"/>')
     return out
-
-
-def _number(text: str | None) -> float:
-    try:
-        return float(text or "nan")
-    except ValueError:
-        return math.nan

@@ -14,6 +14,7 @@ from typing import Any, Literal
 from planner.errors import PlannerError
 
 Value = Any  # plain YAML: numbers, text, lists, mappings
+Points = Sequence[tuple[Value, Mapping[str, Value]]]  # of an axis: label, the changes it stands for
 _STEP = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[(\d+)\]")
 
 
@@ -21,20 +22,40 @@ class StudyError(PlannerError):
     """A study file that cannot be run: one line, names the place."""
 
 
+COLUMNS = (
+    "feasible", "status", "ergodicity", "connection_ratio", "probability", "probability_worst", "same_time", "all_met",
+    "longest_gap", "separation", "clearance", "violation", "cpu_s", "evaluations", "version", "message",
+)  # fmt: skip
+"""Of a study's table, after those of its axes and ``seed``.
+
+``probability`` (mean, worst) is P, ``same_time`` the mean of P̃, ``longest_gap`` the longest time [s] that any pair was
+out of range without a break; ``violation`` is the worst miss in metres equivalent.
+"""
+STAGES = ("plan", "certify", "reference")
+
+
 @dataclass(frozen=True)
 class Claim:
-    """What the paper says of two columns of the results, to be held against ours.
+    """What the paper says of the results, to be held against ours: a trend of two columns, or a ratio of two groups.
 
     Attributes:
-        text: the paper's words. x: column. y: column. trend: of y over x.
-        where: only rows with these values.
+        text: the paper's words. y: column.
+        x: the column over which y ``rises`` or ``falls``; empty for a ratio.
+        trend: which of them, or the side of one that the ratio is on: ``below``, ``above``.
+        where: only rows with these values. within: axes held fixed when runs are compared, beside those of ``where``.
+        of: axis → value of the ratio's numerator. to: of its denominator; runs that agree in all else are compared.
+        paper: the paper's number for the ratio, where it has one.
     """
 
     text: str
-    x: str
     y: str
-    trend: Literal["rises", "falls"]
+    trend: Literal["rises", "falls", "below", "above"]
+    x: str = ""
     where: Mapping[str, Value] = field(default_factory=dict)
+    within: tuple[str, ...] = ()
+    of: Mapping[str, Value] = field(default_factory=dict)
+    to: Mapping[str, Value] = field(default_factory=dict)
+    paper: float | None = None
 
 
 @dataclass(frozen=True)
@@ -62,8 +83,10 @@ class Study:
         changes: field path → value, for every run.
         sweep: axis → its points: a label and the changes it stands for.
         seeds: of the solver.
-        stage: ``plan`` solves; ``certify`` makes the bytes too.
+        stage: ``plan`` solves; ``certify`` makes the bytes too; ``reference`` runs the paper's Algorithm 1 as its
+            authors do, without margins, and takes the motion it ends with even if that misses limits.
         claims: the paper's, to be checked by the page.
+        decisive: what else results depend on, part of the runs' keys: version, hashes of the files that missions name.
     """
 
     name: str
@@ -72,11 +95,12 @@ class Study:
     base: Mapping[str, Value]
     folder: str
     changes: Mapping[str, Value]
-    sweep: Mapping[str, Sequence[tuple[Value, Mapping[str, Value]]]]
+    sweep: Mapping[str, Points]
     seeds: tuple[int, ...]
-    stage: Literal["plan", "certify"]
+    stage: Literal["plan", "certify", "reference"]
     claims: tuple[Claim, ...] = ()
     note: str = ""
+    decisive: Mapping[str, str] = field(default_factory=dict)
 
     def runs(self) -> tuple[Run, ...]:
         """Every point of the grid with every seed, in order.
@@ -86,13 +110,13 @@ class Study:
         """
         runs = []
         for points in itertools.product(*self.sweep.values()):
+            labels = {axis: label for axis, (label, _) in zip(self.sweep, points, strict=True)}
             for seed in self.seeds:
                 tree = copy.deepcopy(dict(self.base))
                 for changes in (self.changes, *(changes for _, changes in points), {"solver.seed": seed}):
                     for path, value in changes.items():
                         set_field(tree, path, value)
-                labels = {axis: label for axis, (label, _) in zip(self.sweep, points, strict=True)}
-                text = json.dumps([tree, self.stage], sort_keys=True)
+                text = json.dumps([tree, self.stage, dict(self.decisive)], sort_keys=True)
                 runs.append(Run(labels, seed, tree, hashlib.sha256(text.encode()).hexdigest()[:16]))
         return tuple(runs)
 

@@ -5,21 +5,18 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
-from planner.study.record import Run, Study
-from planner.study.worker import Result, measure, one_thread_each
+from planner.study.record import COLUMNS, Run, Study, StudyError
+from planner.study.worker import Result, measure, start_worker
 
 POLL = 0.5  # [s] how often should_stop is asked while runs are under way
-COLUMNS = (
-    "feasible", "status", "ergodicity", "connection_ratio", "probability", "probability_worst", "all_met",
-    "separation", "clearance", "violation", "cpu_s", "evaluations", "message",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -54,26 +51,31 @@ def run_study(
 
     Returns:
         The table: ``<name>.csv``, one row a run that has a result, in the grid's order.
+
+    Raises:
+        StudyError: a worker process was killed.
     """
     folder = Path(folder)
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     runs = study.runs()
-    missing = [run for run in {run.key: run for run in runs}.values() if not _file(folder, run).exists()]
+    missing = [run for run in {run.key: run for run in runs}.values() if _result(folder, run) is None]
     done = total = len({run.key for run in runs})
     done -= len(missing)
     if progress is not None:
         progress(StudyProgress(done, total))
     stop = should_stop or (lambda: False)
-    results = _inline(study, missing, stop) if processes == 0 else _parallel(study, missing, stop, processes)
-    for run, result in results:
-        _write(_file(folder, run), json.dumps(result, sort_keys=True))
-        done += 1
-        if progress is not None:
-            progress(StudyProgress(done, total, run, result))
+    search = _inline(study, missing, stop) if processes == 0 else _parallel(study, missing, stop, processes)
+    with closing(search) as results:  # workers end with it, whatever comes
+        for run, result in results:
+            result["version"] = study.decisive.get("version", "")
+            _write(_file(folder, run), json.dumps(result, sort_keys=True))
+            done += 1
+            if progress is not None:
+                progress(StudyProgress(done, total, run, result))
     return _table(study, runs, folder)
 
 
-def _inline(study: Study, missing: list[Run], stop: Callable[[], bool]) -> Iterator[tuple[Run, Result]]:
+def _inline(study: Study, missing: list[Run], stop: Callable[[], bool]) -> Generator[tuple[Run, Result], None, None]:
     for run in missing:
         if stop():
             return
@@ -82,7 +84,7 @@ def _inline(study: Study, missing: list[Run], stop: Callable[[], bool]) -> Itera
 
 def _parallel(
     study: Study, missing: list[Run], stop: Callable[[], bool], processes: int | None
-) -> Iterator[tuple[Run, Result]]:
+) -> Generator[tuple[Run, Result], None, None]:
     """As they end. No more are handed out than run at a time, so that a stop waits for little."""
     workers = min(processes or os.cpu_count() or 1, max(len(missing), 1))
     waiting = iter(missing)
@@ -101,15 +103,34 @@ def _parallel(
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     # Spawned, not forked: a fork of a process with threads can hang.
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=one_thread_each)
+    others = set(active_children())
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=start_worker)
     try:
         yield pool
+    except BrokenProcessPool:
+        raise StudyError(
+            "a worker process was killed (out of memory?); finished runs are kept: run the study again, perhaps with "
+            "fewer processes"
+        ) from None
+    except BaseException:  # a second Ctrl-C: do not wait for runs under way
+        for worker in set(active_children()) - others:
+            worker.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _file(folder: Path, run: Run) -> Path:
     return folder / "runs" / f"{run.key}.json"
+
+
+def _result(folder: Path, run: Run) -> Result | None:
+    """A run's result; None if it has none yet, or one that a crashed disk left unreadable."""
+    try:
+        result = json.loads(_file(folder, run).read_text(encoding="utf-8"))
+    except (FileNotFoundError, UnicodeDecodeError, json.JSONDecodeError):
+        return None
+    return result if isinstance(result, dict) else None
 
 
 def _write(path: Path, text: str) -> None:
@@ -126,8 +147,7 @@ def _table(study: Study, runs: tuple[Run, ...], folder: Path) -> Path:
         writer = csv.writer(file)
         writer.writerow([*study.sweep, "seed", *COLUMNS])
         for run in runs:
-            if _file(folder, run).exists():
-                result = json.loads(_file(folder, run).read_text(encoding="utf-8"))
+            if (result := _result(folder, run)) is not None:
                 point = [run.point[axis] for axis in study.sweep]
                 writer.writerow([*point, run.seed, *(result.get(column, "") for column in COLUMNS)])
     os.replace(beside, path)

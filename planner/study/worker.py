@@ -2,39 +2,75 @@
 
 from __future__ import annotations
 
+import math
+import multiprocessing
 import os
-from collections.abc import Mapping
+import signal
+import threading
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from missions.schema import Mission
+    from planner.certificate.record import Indicators
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 Result = dict[str, Any]
 
 
-def one_thread_each() -> None:
-    """Unless the user said otherwise, a process uses one thread: there are as many processes as wanted already."""
+def start_worker() -> None:
+    """One thread each, unless the user said otherwise: there are as many processes as wanted already.
+
+    Ctrl-C goes to the whole process group, but it is the study that decides what becomes of runs under way. A study
+    that is killed takes its workers along, which would else wait for work for ever.
+    """
     for name in THREADS:
         os.environ.setdefault(name, "1")
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    if (parent := multiprocessing.parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 def measure(tree: Mapping[str, Any], folder: str, stage: str) -> Result:
     """Plan one mission and measure the plan; a mission that cannot be planned is a result, too."""
+    from missions.errors import MissionError
+    from planner.errors import PlannerError
+
+    try:
+        mission = _mission(tree, folder, checked=stage != "reference")
+        return STAGES[stage](mission)
+    except (MissionError, PlannerError) as error:
+        return {"feasible": False, "status": type(error).__name__, "message": str(error)}
+
+
+def _mission(tree: Mapping[str, Any], folder: str, *, checked: bool) -> Mission:
+    """The mission of a run. JSON is YAML: the loader checks what a study wrote as it checks what a person wrote.
+
+    Unchecked, one that contradicts itself passes: the paper's Table II has a row whose robots start out of range.
+    """
     import json
     from pathlib import Path
 
     from missions.errors import MissionError
     from missions.files import read_map_file
     from missions.loader import parse_mission
-    from planner.errors import PlannerError
+    from missions.records import RecordReader
+    from missions.schema import ArrayMap, ImageMap, Mission
+    from missions.yamltree import parse_yaml
 
+    text = json.dumps(tree)
     try:
-        # JSON is YAML: the loader checks what a study wrote as it checks what a person wrote.
-        mission = parse_mission(json.dumps(tree), path="run", read_file=lambda name: read_map_file(Path(folder), name))
-        return _certified(mission) if stage == "certify" else _planned(mission)
-    except (MissionError, PlannerError) as error:
-        return {"feasible": False, "status": type(error).__name__, "message": str(error)}
+        return parse_mission(text, path="run", read_file=lambda name: read_map_file(Path(folder), name))
+    except MissionError:
+        mission = RecordReader("run").read_record(parse_yaml(text, file="run"), Mission)
+        if checked or isinstance(mission.information, ImageMap | ArrayMap):  # maps are read after all checks
+            raise
+        return mission
 
 
 def _planned(mission: Mission) -> Result:
@@ -55,7 +91,28 @@ def _planned(mission: Mission) -> Result:
     if outcome.plan is not None:
         result |= _figures(mission, outcome.plan.t, outcome.plan.q)
         result["violation"] = outcome.plan.violation
+    elif last:
+        result |= {"ergodicity": last.E, "violation": last.violation_m}
     return result
+
+
+def _reference(mission: Mission) -> Result:
+    """No proof of impossibility first: the paper's table has such a row, and what the search ends with is the point."""
+    import numpy as np
+
+    from planner.solver.imec.published import run_published
+
+    ending = run_published(mission)
+    t = np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt
+    return {
+        "feasible": ending.settled,
+        "status": "CONVERGED" if ending.settled else "NOT_CONVERGED",
+        "message": "; ".join(str(violation) for violation in ending.missed[:2]),
+        "cpu_s": round(ending.seconds, 2),
+        "evaluations": ending.iterations,
+        **_figures(mission, t, ending.motion.q[:-1]),
+        "violation": ending.violation,
+    }
 
 
 def _certified(mission: Mission) -> Result:
@@ -69,7 +126,7 @@ def _certified(mission: Mission) -> Result:
         "message": "",
         "cpu_s": round(flight.plan.seconds, 2),
         "evaluations": flight.plan.evaluations,
-        **_columns(found),
+        **_columns(found, mission.horizon.duration),
         "violation": 0.0,
     }
 
@@ -77,16 +134,29 @@ def _certified(mission: Mission) -> Result:
 def _figures(mission: Mission, t: Any, q: Any) -> Result:  # noqa: ANN401 - arrays, without NumPy imported yet
     from planner.indicators import indicators
 
-    return _columns(indicators(mission, t, q))
+    return _columns(indicators(mission, t, q), mission.horizon.duration)
 
 
-def _columns(found: Any) -> Result:  # noqa: ANN401 - Indicators, without importing them
+def _columns(found: Indicators, duration: float) -> Result:
+    same_time = [P for pair in found.pairs for P in pair.same_time_probability]
     return {
         "ergodicity": found.ergodicity,
         "connection_ratio": found.connected_share,
         "probability": found.probability_mean,
         "probability_worst": found.probability_worst,
+        "same_time": sum(same_time) / len(same_time) if same_time else math.nan,
         "all_met": found.all_met,
+        "longest_gap": max((_longest_gap(pair.contacts, duration) for pair in found.pairs), default=math.nan),
         "separation": found.smallest_separation,
         "clearance": found.smallest_clearance,
     }
+
+
+def _longest_gap(contacts: Sequence[tuple[float, float]], duration: float) -> float:
+    """Longest time [s] without contact, from (begin, end) of the contacts in order."""
+    ends = [0.0, *(end for _, end in contacts)]
+    begins = [*(begin for begin, _ in contacts), duration]
+    return max(begin - end for begin, end in zip(begins, ends, strict=True))
+
+
+STAGES = {"plan": _planned, "certify": _certified, "reference": _reference}

@@ -1,12 +1,13 @@
 """Plots of studies: well-formed, one dot a run, dots where the numbers are."""
 
+import dataclasses
 import xml.etree.ElementTree as ET
 
 from planner.study.plots import plot, write_plots
 from planner.study.record import Claim, Study
 
 SVG = "{http://www.w3.org/2000/svg}"
-CLAIM = Claim("E rises <with> N_p", "connectivity.sub_periods", "ergodicity", "rises")
+CLAIM = Claim("E rises <with> N_p", "ergodicity", "rises", x="connectivity.sub_periods")
 AXIS = tuple((k, {"connectivity.sub_periods": k}) for k in (1, 2, 3))
 STUDY = Study("s", "t", "p", {}, ".", {}, {"connectivity.sub_periods": AXIS}, (0,), "plan", (CLAIM, CLAIM))
 
@@ -36,3 +37,16 @@ def test_one_file_for_each_pair_of_columns(tmp_path):
     (path,) = write_plots(STUDY, [row(1, 1e-4), row(1, 1e-4)], tmp_path)
     assert path.name == "s_ergodicity_over_sub_periods.svg"
     assert len(dots(path.read_text(encoding="utf-8"))) == 2
+
+
+def test_a_line_goes_through_the_medians():
+    rows = [row(k, 10.0**-e) for k, exponents in ((1, (4, 3, 0)), (2, (2, 2, 1))) for e in exponents]
+    picture = plot(STUDY, rows, CLAIM)
+    (line,) = (p.get("d") for p in ET.fromstring(picture).iter(f"{SVG}path") if p.get("stroke-width") == "1.5")
+    ends = [tuple(map(float, point.split())) for point in line[1:].split("L")]
+    assert ends == [dots(picture)[1], dots(picture)[3]]
+
+
+def test_ratios_have_no_plot(tmp_path):
+    ratio = Claim("E", "ergodicity", "below", of={"connectivity.sub_periods": 1}, to={"connectivity.sub_periods": 2})
+    assert write_plots(dataclasses.replace(STUDY, claims=(ratio,)), [row(1, 1e-4), row(2, 1e-4)], tmp_path) == []

@@ -16,10 +16,10 @@ from planner.problem import Problem
 from planner.solver.imec import algorithm
 from planner.solver.imec.cost import Cost
 from planner.solver.imec.parameters import Parameters
+from planner.solver.imec.published import first_guess
 from planner.solver.misses import violations, worst_miss
 from planner.solver.result import Progress, SolveOutcome, SolveStatus
 
-DISTURBANCE = 1e-3  # standard deviation of a first guess that is not zero, in the controls' units
 TOLD_EVERY = 10  # iterations between two progress reports
 
 
@@ -49,10 +49,7 @@ def solve(
         The outcome; its plan is None unless every limit of the problem is met to the tolerance.
     """
     run = _Run(problem, settings, Cost.of(problem, parameters or Parameters()), progress, should_stop)
-    shape = problem.dynamics.controls_shape
-    guess = np.zeros(shape) if initial is None else initial.u
-    if initial is None and settings.seed:
-        guess = DISTURBANCE * np.random.default_rng(settings.seed).standard_normal(shape)
+    guess = first_guess(problem.dynamics.controls_shape, settings.seed) if initial is None else initial.u
     run.search(algorithm.init(run.cost, guess))
     return run.outcome()
 
