@@ -9,6 +9,7 @@
     ├── CertificateFailed     what would fly misses the mission's limits; carries the certificate
     ├── TransferError         no safe way to the starts or back (planner/transfer/errors.py)
     ├── TrajectoryError       polynomials or bytes that cannot be made or read (planner/trajectory/errors.py)
+    ├── InterchangeError      what others planned is no search of this mission (planner/interchange/errors.py)
     └── CertificateError      a certificate for other bytes or another mission (planner/certificate/errors.py)
 """
 
