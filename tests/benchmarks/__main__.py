@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tests.benchmarks import planner, reference, rehearsal
+from tests.benchmarks import planner, reference, rehearsal, trajectories
 
 
 def main() -> None:
@@ -14,6 +14,8 @@ def main() -> None:
     planner.run(parser.parse_args().seeds)
     print()
     reference.run()
+    print()
+    trajectories.run()
     print()
     rehearsal.run()
 
