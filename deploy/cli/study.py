@@ -42,7 +42,10 @@ def run(args: argparse.Namespace) -> int:
 
         table = run_study(study, folder, processes=args.processes, progress=show, should_stop=stop.is_set)
     print_done(f"table: {table}")
-    for picture in write_plots(study, read_table(table), folder):
+    rows = read_table(table)
+    if missed := sum(row["feasible"] != "True" for row in rows):
+        err.print(f"ergoflie: {missed} of {len(rows)} runs found no plan; the table says why")
+    for picture in write_plots(study, rows, folder):
         print_done(f"plot: {picture}")
     if stop.is_set():
         err.print("ergoflie: interrupted; run the same command again to go on")
