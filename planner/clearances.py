@@ -28,6 +28,7 @@ from planner.constraints.speed import Speed
 from planner.constraints.workspace import Inside
 from planner.constraints.zones import InsideZone
 from planner.margins import Margins
+from planner.slow import speed_limits
 
 LOOK, MOST_LOOKS = 0.05, 64  # [m] between points of a path that are compared with solids; points a step
 
@@ -58,7 +59,7 @@ def envelope(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
     accelerations = fleet.accelerations(mission)
     return (
         Inside(lower, upper, names, dt),
-        Speed(fleet.speeds(mission) * (1.0 - margins.speed), names, dt),
+        Speed(speed_limits(mission, margins), names, dt),
         ControlBound(
             accelerations * (1.0 - margins.acceleration), names, dt, tolerance=0.01 * float(accelerations.min())
         ),
@@ -86,7 +87,7 @@ def _separation(mission: Mission, margins: Margins) -> Iterable[Constraint]:
         least = a * np.sqrt(1.0 - high[apart] ** 2)
     if len(pairs):
         distance = np.minimum(least + extra, _room(mission, pairs, scale))
-        yield Separation(pairs, distance, _names(mission), mission.horizon.dt, scale, block=_block(mission))
+        yield Separation(pairs, distance, _names(mission), mission.horizon.dt, scale)
 
 
 def _landing(mission: Mission, margins: Margins) -> Iterable[Constraint]:
@@ -184,12 +185,6 @@ def _may_be_above(mission: Mission, top: float) -> Array:
 def _bulge(mission: Mission, h: float) -> Array:
     """(N,) how far a path bulges out along an axis between samples ``h`` [s] apart [m]: u h²/8."""
     return np.asarray(fleet.accelerations(mission) * (h * h / 8.0))
-
-
-def _block(mission: Mission) -> int:
-    """Steps in which robots at full speed move as far as they have to stay apart: what is worth a box."""
-    way = float(fleet.speeds(mission).max()) * mission.horizon.dt
-    return max(1, round(mission.limits.separation / way))
 
 
 def _looks(mission: Mission) -> int:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 
+BLOCK = 4  # steps a block: more make boxes too large, fewer make too many
+
 
 def box_gaps(low: Array, high: Array, other_low: Array, other_high: Array) -> Array:
     """Squared distances between boxes, broadcast: never above those of what is in them.
@@ -31,9 +33,9 @@ def box_gaps(low: Array, high: Array, other_low: Array, other_high: Array) -> Ar
 
 
 def spans_of(
-    pairs: NDArray[np.intp], blocks: NDArray[np.intp], block: int, count: int
+    pairs: NDArray[np.intp], blocks: NDArray[np.intp], count: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs and spans (M,) of blocks of ``block`` spans, of ``count`` spans in all: the last block may be short."""
-    spans = blocks[:, None] * block + np.arange(block)
+    """Pairs and spans (M,) of blocks of spans, of ``count`` spans in all: the last block may be short."""
+    spans = blocks[:, None] * BLOCK + np.arange(BLOCK)
     inside = spans < count
     return np.broadcast_to(pairs[:, None], spans.shape)[inside], spans[inside]

@@ -9,10 +9,34 @@ import numpy as np
 from missions.arrays import Array
 from planner.constraints.base import Evaluation, Place
 from planner.constraints.blocks import box_gaps
-from planner.constraints.paths import EXACT, SEARCHED, Closest, Indices, Paths, When, closest, place_at, push, shares
+from planner.constraints.paths import (
+    EXACT,
+    SEARCHED,
+    Closest,
+    Indices,
+    Paths,
+    When,
+    acting,
+    closest,
+    place_at,
+    push,
+    shares,
+)
+    EXACT,
+    SEARCHED,
+    Closest,
+    Indices,
+    Paths,
+    When,
+    acting,
+    closest,
+    place_at,
+    push,
+    shares,
+)
 from planner.dynamics import Cotangent, Motion
 
-NEAR = 1.5  # radii of distance from which on a bound will do
+FAR = 1.5  # radii of distance from which on it does not matter how far
 
 
 @dataclass(frozen=True)
@@ -37,14 +61,14 @@ class Obstacles:
     swarm_axis: int = 0
 
     def evaluate(self, motion: Motion) -> Evaluation:
-        """Residual (N, O, K) over the steps (or samples); far from an obstacle, a bound far below zero."""
+        """Residual (N, O, K) over the steps (or samples); constant, and far below zero, from ``FAR`` radii on."""
         paths = Paths.of(motion, self.when)
         squares, at = self._closest(paths)
         radius = self.radius[..., None]
         residual = (radius**2 - squares) / (2.0 * radius)
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            n, o, k = np.nonzero(weights)
+            n, o, k = acting(weights, at)
             share = shares(at[n, o, k])
             force = place_at(self._from_center(paths, n, o, k), share) * (-weights[n, o, k] / self.radius[n, o])
             push(cotangent.q_fine, paths.sample[:, k], share, n, force)
@@ -52,7 +76,7 @@ class Obstacles:
         return Evaluation(residual, pull)
 
     def violation(self, motion: Motion) -> Array:
-        """Depth inside the obstacle [m], (N, O, K); far from it a bound."""
+        """Depth inside the obstacle [m], (N, O, K); far from it no less than what says so."""
         squares, _ = self._closest(Paths.of(motion, self.when), EXACT)
         depth: Array = self.radius[..., None] - np.sqrt(squares)
         return depth
@@ -69,14 +93,18 @@ class Obstacles:
         return replace(self, radius=np.tile(self.radius, (swarms, 1)), names=self.names * swarms)
 
     def _closest(self, paths: Paths, parts: int = SEARCHED) -> Closest:
-        """Closest approaches (N, O, K) to the centres; well away from them, a lower bound."""
-        near = NEAR if self.when is When.ALWAYS else np.inf
-        low, high = (corner[:2, :, None] for corner in paths.boxes(1))
+        """Closest approaches (N, O, K) to the centres, capped at ``FAR`` radii."""
         center = self.center.T[:, None, :, None]
-        squares = box_gaps(low, high, center, center)
-        at = np.zeros_like(squares)
-        n, o, k = np.nonzero(squares < (near * self.radius[..., None]) ** 2)
-        squares[n, o, k], at[n, o, k] = closest(self._from_center(paths, n, o, k), parts)
+        if self.when is not When.ALWAYS:
+            away = paths.points[0][:2, :, None] - center
+            return Closest(np.einsum("dnok,dnok->nok", away, away), np.zeros(away.shape[1:]))
+        low, high = (corner[:2, :, None] for corner in paths.boxes(1))
+        reach = FAR * self.radius
+        n, o, k = np.nonzero(box_gaps(low, high, center, center) < reach[..., None] ** 2)
+        squares = np.repeat(reach[..., None] ** 2, paths.points.shape[3], axis=2)
+        at = np.full_like(squares, np.nan)
+        found = closest(self._from_center(paths, n, o, k), parts)
+        squares[n, o, k], at[n, o, k] = found.capped(reach[n, o])
         return Closest(squares, at)
 
     def _from_center(self, paths: Paths, n: Indices, o: Indices, k: Indices) -> Array:

@@ -11,6 +11,7 @@ value is the gradient at fixed s.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
@@ -91,11 +92,23 @@ class Closest(NamedTuple):
     """Smallest squared distances to the origin.
 
     Attributes:
-        squares: (...) [m²]. s: (...) when within the span, in [0, 1].
+        squares: (...) [m²]. s: (...) when within the span, in [0, 1]; NaN where all that counts is that it is far.
     """
 
     squares: Array
     s: Array
+
+    def capped(self, reach: Array) -> Closest:
+        """No farther than ``reach`` [m]."""
+        far = self.squares >= reach**2
+        return Closest(np.where(far, reach**2, self.squares), np.where(far, np.nan, self.s))
+
+
+def acting(weights: Array, s: Array) -> tuple[Indices, ...]:
+    """Where weights act on closest approaches: nowhere if they are far."""
+    found = np.nonzero(weights)
+    near = np.isfinite(s[found])
+    return tuple(index[near] for index in found)
 
 
 def closest(points: Array, parts: int = SEARCHED) -> Closest:
@@ -109,12 +122,12 @@ def closest(points: Array, parts: int = SEARCHED) -> Closest:
     a, b = 2.0 * (r[0] - 2.0 * r[1] + r[2]), 4.0 * r[1] - 3.0 * r[0] - r[2]
     # ½ d/ds |r|² = c_0 + c_1 s + c_2 s² + c_3 s³
     c = np.stack([_dot(r[0], b), _dot(b, b) + 2.0 * _dot(r[0], a), 3.0 * _dot(a, b), 2.0 * _dot(a, a)])
-    s = np.linspace(0.0, 1.0, parts + 1)
-    change = np.stack([2.0 * s, s**2, s**3 * (2.0 / 3.0), 0.5 * s**4], axis=1) @ c  # |r(s)|² − |r(0)|²
+    s, powers = _looks(parts)
+    change = powers @ c  # |r(s)|² − |r(0)|²
     nearest = change.argmin(axis=0)
     at = guess = s[nearest]
     low, high = s[np.maximum(nearest - 1, 0)], s[np.minimum(nearest + 1, parts)]
-    curve = c[1:] * np.array([[1.0], [2.0], [3.0]])
+    curve = c[1:] * _COUNT
     for _ in range(POLISH):
         slope = c[0] + at * (c[1] + at * (c[2] + at * c[3]))
         curvature = curve[0] + at * (curve[1] + at * curve[2])
@@ -123,6 +136,16 @@ def closest(points: Array, parts: int = SEARCHED) -> Closest:
     lowest = change.min(axis=0) + _dot(r[0], r[0])
     at, squares = np.where(squares <= lowest, at, guess), np.minimum(squares, lowest)
     return Closest(squares.reshape(points.shape[2:]), at.reshape(points.shape[2:]))
+
+
+_COUNT = np.array([[1.0], [2.0], [3.0]])
+
+
+@functools.cache
+def _looks(parts: int) -> tuple[Array, Array]:
+    """Ends s (parts+1,) of equal parts of a span, and ∫ 2 s^n (parts+1, 4), n = 0..3, up to them."""
+    s = np.linspace(0.0, 1.0, parts + 1)
+    return s, np.stack([2.0 * s, s**2, s**3 * (2.0 / 3.0), 0.5 * s**4], axis=1)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.constraints.base import Evaluation, Place, stacked_pairs
-from planner.constraints.blocks import box_gaps, spans_of
+from planner.constraints.blocks import BLOCK, box_gaps, spans_of
 from planner.constraints.paths import (
     EXACT,
     SEARCHED,
     Closest,
     Paths,
     When,
+    acting,
     closest,
     near_origin,
     place_at,
@@ -28,7 +29,7 @@ from planner.constraints.paths import (
 )
 from planner.dynamics import Cotangent, Motion
 
-NEAR = 1.5  # limits of distance from which on a bound will do
+FAR = 1.5  # limits of distance from which on it does not matter how far
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,6 @@ class Separation:
         names: of all robots. dt: planning step [s].
         scale: (ν,) by how much distance counts along each axis; None: fully.
         when: at every instant, at samples, or at the end only, from where a robot descends.
-        block: steps that are compared at once to begin with.
     """
 
     pairs: NDArray[np.intp]
@@ -50,7 +50,6 @@ class Separation:
     dt: float
     scale: Array | None = None
     when: When = When.ALWAYS
-    block: int = 4
     name: str = "separation"
     unit: str = "m"
     tolerance: float = 1e-3
@@ -59,7 +58,7 @@ class Separation:
     def evaluate(self, motion: Motion) -> Evaluation:
         """Residual (P, K) over the steps (or samples).
 
-        Of pairs that are far apart for a while, a bound stands for the residual; it is far below zero.
+        Constant, and far below zero, from ``FAR`` limits of distance on.
         """
         paths = self._paths(motion)
         squares, at = self._closest(paths)
@@ -68,7 +67,7 @@ class Separation:
         squares += 0.5 * epsilon
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
-            p, k = np.nonzero(weights)  # few pairs are close at any time
+            p, k = acting(weights, at)  # few pairs are close at any time
             i, j = self.pairs[p, 0], self.pairs[p, 1]
             share = shares(at[p, k])
             force = place_at(paths.at(i, k) - paths.at(j, k), share)
@@ -82,7 +81,7 @@ class Separation:
         return Evaluation(squares, pull)
 
     def violation(self, motion: Motion) -> Array:
-        """ε_a − d [m], (P, K); of pairs that are far apart a bound."""
+        """ε_a − d [m], (P, K); of pairs that are far apart no less than what says so."""
         missing: Array = self.distance[:, None] - np.sqrt(self._closest(self._paths(motion), EXACT).squares)
         return missing
 
@@ -101,19 +100,20 @@ class Separation:
         return paths if self.scale is None else paths.scaled(self.scale)
 
     def _closest(self, paths: Paths, parts: int = SEARCHED) -> Closest:
-        """Closest approaches (P, K); of pairs that stay well apart, a lower bound."""
-        near = NEAR if self.when is When.ALWAYS else np.inf
-        low, high = paths.boxes(self.block)
+        """Closest approaches (P, K), capped at ``FAR`` limits."""
         i, j = self.pairs.T
+        if self.when is not When.ALWAYS:
+            apart = paths.points[0][:, i] - paths.points[0][:, j]
+            return Closest(np.einsum("dpk,dpk->pk", apart, apart), np.zeros(apart.shape[1:]))
+        low, high = paths.boxes(BLOCK)
         gaps = box_gaps(low[:, i], high[:, i], low[:, j], high[:, j])
-        reach, count = near * self.distance, paths.points.shape[3]
-        squares = np.repeat(gaps, self.block, axis=1)[:, :count] if self.block > 1 else gaps
-        at = np.zeros_like(squares)
+        reach = FAR * self.distance
         p, blocks = np.nonzero(gaps < reach[:, None] ** 2)
-        p, k = spans_of(p, blocks, self.block, count)
+        p, k = spans_of(p, blocks, paths.points.shape[3])
         apart = paths.at(i[p], k) - paths.at(j[p], k)
-        maybe = near_origin(apart, reach[p])
-        squares[p, k] = np.maximum(squares[p, k], reach[p] ** 2)
-        p, k = p[maybe], k[maybe]
-        squares[p, k], at[p, k] = closest(apart[:, :, maybe], parts)
+        near = near_origin(apart, reach[p])
+        p, k = p[near], k[near]
+        squares = np.repeat(reach[:, None] ** 2, paths.points.shape[3], axis=1)
+        at = np.full_like(squares, np.nan)
+        squares[p, k], at[p, k] = closest(apart[:, :, near], parts).capped(reach[p])
         return Closest(squares, at)

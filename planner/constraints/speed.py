@@ -18,7 +18,7 @@ class Speed:
     Velocity is linear over a step, so |v| is convex and the steps' samples bound it.
 
     Attributes:
-        limit: (N,) v_max [m/s].
+        limit: v_max [m/s]: (N,), or (T+1, N) where it depends on time.
         names: of all robots. dt: planning step [s].
     """
 

@@ -15,7 +15,7 @@ from tests.planner.problems import box, furnished, imec, layered, small
 
 STEP = 1e-6  # central differences of functions of order 1: truncation 1e-12, rounding 1e-10
 TOLERANCE = 1e-6  # relative to the gradient's size
-FAR = -0.1  # residual below which a constraint may give a bound: no search ever asks for the gradient there
+FAR = -0.1  # residual below which distances are capped and pull nobody
 
 
 def random_motion(problem, seed=0):
