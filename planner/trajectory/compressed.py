@@ -22,6 +22,7 @@ from planner.trajectory.bezier import control_points, power_coefficients
 from planner.trajectory.encoded import MEMORY_SIZE
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.trajectory.spline import derivative_points
 
 END_MARKER = b"\0\0\0"
 LEG_OVERHEAD = 8 + len(END_MARKER)  # bytes besides segments: where the first one starts, and the marker
@@ -32,14 +33,16 @@ _DEGREES = (0, 1, 3, 7)  # by type
 _UNITS = np.array([1e3, 1e3, 1e3, 1800.0 / math.pi])  # integer steps per metre or radian
 _LARGEST = 32767
 _SMOOTHING = 5  # steps a control point may leave its nearest integer to keep velocity and acceleration continuous
+_SAME = 1e-3  # steps between control points of a rest
+_MU = 0.05  # [s²] weight of acceleration errors against position errors
 
 
 def encode_compressed(trajectory: PiecewisePolynomial) -> bytes:
     """Encode a trajectory, end marker included; rounding is part of the model.
 
     Joint times are rounded to 1 ms (not durations: their errors would add up). A segment starts at the integers where
-    the one before ended, and its next two control points are the integers that continue velocity and acceleration
-    best, not the ones nearest to the given curve: a 1 mm grid would otherwise shake the acceleration at joints.
+    the one before ended, its next two control points are the integers that continue velocity and acceleration best,
+    and the others make good what was rounded before them: a 1 mm grid would otherwise shake the acceleration.
 
     Raises:
         TrajectoryError: coordinates beyond ±32.767 m or yaw beyond ±3276.7°, a piece shorter than 1 ms or longer
@@ -156,7 +159,7 @@ def _round_axis(ideal: Array, milliseconds: Array) -> list[Array]:
         curve = _lowest_degree(points, start)
         if curve is None:
             ratio = milliseconds[m] / milliseconds[m - 1]
-            curve = _round_septic(points, start, before, ratio)
+            curve = _round_septic(points, start, before, ratio, milliseconds[m] / 1e3)
         curves.append(curve)
         before = _elevate(curve)
         start = curve[-1]
@@ -202,21 +205,59 @@ def _elevate(curve: Array) -> Array:
     return _elevation(len(curve) - 1) @ curve
 
 
-def _round_septic(points: Array, start: float, before: Array | None, ratio: float) -> Array:
-    """Round 8 control points; the second and third continue the derivatives of the piece before, if they can."""
-    curve = np.rint(points)
-    curve[0] = start
-    if before is None:
-        return curve
-    velocity = ratio * (before[7] - before[6])
-    acceleration = ratio**2 * (before[7] - 2 * before[6] + before[5])
-    second = np.rint(start + velocity)
-    third = np.rint(2 * second - start + acceleration)
-    if abs(second - points[1]) <= _SMOOTHING:
-        curve[1] = second
-        if abs(third - points[2]) <= _SMOOTHING:
-            curve[2] = third
-    return np.clip(curve, -_LARGEST, _LARGEST)
+def _round_septic(points: Array, start: float, before: Array | None, ratio: float, seconds: float) -> Array:
+    """Round 8 control points one after another, each making good what those before it did to the curve.
+
+    The last one is the integer nearest to it, so that errors do not add up; the second and third continue the
+    derivatives of the piece before, if they can; points of a rest at an end stay together. Every other one is the
+    integer next to where it would be best, given all that are chosen already and if those behind could still be
+    chosen freely (Babai's nearest plane), in the sense of
+
+        ∫ (p − p̂)² + μ² (p̈ − p̈̂)² dt.
+    """
+    chosen = {0: start, **_rests(points), 7: float(np.rint(points[7]))}
+    if before is not None:
+        velocity = ratio * (before[7] - before[6])
+        acceleration = ratio**2 * (before[7] - 2 * before[6] + before[5])
+        second = np.rint(start + velocity)
+        third = np.rint(2 * second - start + acceleration)
+        if abs(second - points[1]) <= _SMOOTHING:
+            chosen[1] = second
+            if abs(third - points[2]) <= _SMOOTHING:
+                chosen[2] = third
+    positions, accelerations = _grams()
+    G = positions + (_MU / seconds**2) ** 2 * accelerations
+    for i in range(1, 8):
+        if i not in chosen:
+            known = list(chosen)
+            free = [k for k in range(8) if k not in chosen]  # begins with i
+            error = np.array(list(chosen.values())) - points[known]
+            best = points[i] - np.linalg.solve(G[np.ix_(free, free)], G[np.ix_(free, known)] @ error)[0]
+            chosen[i] = np.rint(np.clip(best, points[i] - _SMOOTHING, points[i] + _SMOOTHING))
+    curve: Array = np.array([chosen[i] for i in range(8)]).clip(-_LARGEST, _LARGEST)
+    return curve
+
+
+def _rests(points: Array) -> dict[int, float]:
+    """Integers of control points at an end where the curve rests: equal ones stay equal."""
+    chosen = {}
+    for end, inward in ((0, 1), (7, -1)):
+        same = [end + inward * k for k in range(4) if abs(points[end + inward * k] - points[end]) <= _SAME]
+        if same[:3] == [end, end + inward, end + 2 * inward]:  # no velocity, no acceleration
+            chosen.update({i: float(np.rint(points[end])) for i in same if i})
+    return chosen
+
+
+@functools.cache
+def _grams() -> tuple[Array, Array]:
+    """(8, 8) integrals over [0, 1] of products of Bernstein polynomials, and of their second derivatives."""
+
+    def products(n: int) -> Array:
+        i, c = range(n + 1), math.comb
+        return frozen([[c(n, a) * c(n, b) / c(2 * n, a + b) / (2 * n + 1) for b in i] for a in i])
+
+    second = derivative_points(2)
+    return products(7), frozen(second.T @ products(5) @ second)
 
 
 def rounded(trajectory: PiecewisePolynomial) -> PiecewisePolynomial:

@@ -36,10 +36,10 @@ class Motion(Protocol):
 
 @dataclass(frozen=True)
 class Bound:
-    """|derivative of this order| <= cap, per axis."""
+    """|derivative of this order| <= cap, per axis; one cap for all pieces or one for each (M,)."""
 
     order: int
-    cap: float
+    cap: float | Array
 
 
 @dataclass(frozen=True)
@@ -93,10 +93,12 @@ def fit_motion(motion: Motion, knots: Array, bound: Bound, *, rounds: int | None
     fixed[:, ends, 1] = motion(knots[ends], 1).T * spline.scales[ends]
     rows = derivative_points(bound.order, _CUTS) @ C / hm**bound.order
     quadratic = LocalQuadratic(H, g.transpose(2, 0, 1), fixed)
-    x = quadratic.bounded(rows, bound.cap * (1 - _HEADROOM), bound.cap * _TOLERANCE, rounds)
+    caps = np.broadcast_to(np.asarray(bound.cap, dtype=np.float64), len(h))[:, None, None]
+    cap = float(caps.max())
+    x = quadratic.bounded(rows * (cap / caps), cap * (1 - _HEADROOM), cap * _TOLERANCE, rounds)
     s = local(x)[..., None]
     error = (B @ C @ s)[..., 0] - q.transpose(2, 0, 1)
-    excess = float(np.abs(rows @ s).max()) - bound.cap
+    excess = float((np.abs(rows @ s)[..., 0] - caps[..., 0]).max())
     return Fit(spline, x, np.sqrt(np.square(error).sum(axis=0)).max(axis=1), max(0.0, excess))
 
 
