@@ -22,18 +22,6 @@ from planner.constraints.paths import (
     push,
     shares,
 )
-    EXACT,
-    SEARCHED,
-    Closest,
-    Indices,
-    Paths,
-    When,
-    acting,
-    closest,
-    place_at,
-    push,
-    shares,
-)
 from planner.dynamics import Cotangent, Motion
 
 FAR = 1.5  # radii of distance from which on it does not matter how far
