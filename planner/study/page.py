@@ -26,7 +26,22 @@ INTRODUCTION = """# Studies
 
 The experiments of the IMEC paper (A Probabilistic Measure of Multi-Robot Connectivity and Ergodic Optimal Control), run
 with this planner. Written by `python -m planner.study.page` from the tables in `missions/studies/results`; to run one
-again: `ergoflie study FILE -o FOLDER`.
+again: `ergoflie study FILE -o FOLDER`. It writes one tidy CSV (a row a run, a column a quantity) and the plots, runs one
+process a core, keeps every run as soon as it ends, and goes on where it was stopped or killed. A study of your own:
+
+```yaml
+name: how_far                                  # names its table
+mission: ../imec_four_drones.yaml              # relative to this file
+changes: {connectivity.threshold: 0.3}         # for every run: any field of the mission, by its path
+sweep:                                         # the grid: a field and its values, or a name and what it stands for
+  connectivity.range: [0.4, 0.5, 0.6]
+  crowd: {two: {robots: [{name: a, start: [1.2, 0.3]}, {name: b, start: [1.9, 0.3]}]}, four: {}}
+seeds: [0, 1, 2]
+stage: plan                                    # or certify: the bytes too; or reference: the paper's Algorithm 1
+claims:                                        # judged on a page such as this one, and plotted
+  - {text: "E falls with the range", x: connectivity.range, y: ergodicity, trend: falls, within: [crowd]}
+  - {text: "two are worse", y: ergodicity, trend: above, of: {crowd: two}, to: {crowd: four}}
+```
 
 How to read it: a seed is another set of random first guesses, n counts runs. Tables show the median over the seeds that
 ended in a feasible plan, and smallest to largest in brackets. The paper shows most of its results as plots without
