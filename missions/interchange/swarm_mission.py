@@ -12,6 +12,7 @@ from missions.errors import MissionError
 from missions.interchange.crazyflies import Swarm, SwarmRobot
 from missions.interchange.motion_capture import MotionCapture
 from missions.loader import parse_mission
+from missions.schema import Flight
 
 _CONTROLLERS = {1.0: "pid", 2.0: "mellinger"}
 _OURS = {  # parameters every flight sets by itself, or that are commands
@@ -22,7 +23,7 @@ _OURS = {  # parameters every flight sets by itself, or that are commands
 }
 _AROUND = 1.0  # [m] of room round the robots
 _SEPARATION, _LEAST_SEPARATION = 0.3, 0.2  # [m]
-_BATTERY = (2.8, 4.3)  # [V], bounds of flight.battery_minimum
+_MOST_VOLTAGE = 4.3  # [V], bound of flight.battery_minimum
 
 
 def swarm_mission(swarm: Swarm, capture: MotionCapture | None, *, name: str, file: str) -> tuple[str, tuple[str, ...]]:
@@ -49,6 +50,11 @@ def swarm_mission(swarm: Swarm, capture: MotionCapture | None, *, name: str, fil
     notes = [*swarm.notes, *(capture.notes if capture else ()), *notes]
     notes += [f"firmware_params {key}: {_OURS[key]}" for key in parameters if _OURS.get(key)]
     notes += [f"firmware_params {key}: differs between robots; missions have one value for all" for key in differing]
+    notes += [
+        f"robots.{r.name}: voltage_critical {r.voltage:g} V; flights here start with {Flight.battery_minimum:g} V"
+        for r in robots
+        if r.voltage is not None and r.voltage < Flight.battery_minimum
+    ]
     notes += [f"robots.{r.name}.initial_position: height {r.position[2]:g} m" for r in robots if r.position[2] != 0.0]
     kept = {key: value for key, value in parameters.items() if key not in _OURS}
     lines = [
@@ -108,7 +114,7 @@ def _place(robots: Iterable[SwarmRobot]) -> list[str]:
 
 
 def _flight(robots: tuple[SwarmRobot, ...], controller: str, parameters: Mapping[str, float]) -> list[str]:
-    voltages = [robot.voltage for robot in robots if robot.voltage is not None]
+    voltage = _takeoff_voltage(robots)
     brushless = any(re.search("brushless|21b|bl$", robot.type.lower()) for robot in robots)
     lines = [
         "flight:",
@@ -116,12 +122,17 @@ def _flight(robots: tuple[SwarmRobot, ...], controller: str, parameters: Mapping
         f"  airframe: {'cf21_brushless' if brushless else 'cf21'}  # judged by the robots' types; see airframes.yaml",
         f"  controller: {controller}",
     ]
-    if voltages:
-        least = min(max(max(voltages), _BATTERY[0]), _BATTERY[1])
-        lines.append(f"  battery_minimum: {least:g}  # [V] voltage_critical")
+    if voltage > Flight.battery_minimum:
+        lines.append(f"  battery_minimum: {voltage:g}  # [V] voltage_critical")
     if parameters:
         lines += ["  parameters:", *(f"    {key}: {value:.9g}" for key, value in parameters.items())]
     return lines
+
+
+def _takeoff_voltage(robots: tuple[SwarmRobot, ...]) -> float:
+    """What flights start with [V]: a critical voltage is meant in the air, so it may only make the default stricter."""
+    critical = [robot.voltage for robot in robots if robot.voltage is not None]
+    return min(max([Flight.battery_minimum, *critical]), _MOST_VOLTAGE)
 
 
 def _separation(robots: tuple[SwarmRobot, ...], file: str) -> float:

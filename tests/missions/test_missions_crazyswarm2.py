@@ -119,7 +119,7 @@ def test_robots_that_are_enabled_become_the_mission():
     ]
     assert (mission.workspace.lower, mission.workspace.upper) == ((-1.0, -1.5), (2.0, 1.5))
     assert mission.flight.controller == "pid"
-    assert mission.flight.battery_minimum == 3.7  # the more careful of the two types
+    assert mission.flight.battery_minimum == 3.7
     assert mission.flight.airframe == "cf21"
     assert text.startswith("# Made from crazyflies.yaml")
 
@@ -157,6 +157,14 @@ def test_only_what_all_share_becomes_a_parameter_and_the_rest_is_said():
         assert [note for note in notes if note.startswith(lost)], lost
         assert f"#   {lost}" in text
     assert not [note for note in notes if "controller" in note or "reference_frame" in note]
+
+
+def test_a_voltage_meant_for_flight_never_weakens_the_one_for_take_off():
+    for critical, expected in ((3.2, 3.7), (3.85, 3.85), (7.0, 4.3)):
+        text = CRAZYFLIES.replace("voltage_critical: 3.6", f"voltage_critical: {critical}")
+        mission, notes, _ = imported(text)
+        assert mission.flight.battery_minimum == expected
+        assert bool([note for note in notes if "voltage_critical" in note]) == (critical < 3.7)
 
 
 def test_motion_capture_becomes_a_hint():
