@@ -26,8 +26,8 @@ INTRODUCTION = """# Studies
 
 The experiments of the IMEC paper (A Probabilistic Measure of Multi-Robot Connectivity and Ergodic Optimal Control), run
 with this planner. Written by `python -m planner.study.page` from the tables in `missions/studies/results`; to run one
-again: `ergoflie study FILE -o FOLDER`. It writes one tidy CSV (a row a run, a column a quantity) and the plots, runs one
-process a core, keeps every run as soon as it ends, and goes on where it was stopped or killed. A study of your own:
+again: `ergoflie study FILE -o FOLDER`. It writes one tidy CSV (a row a run, a column a quantity) and the plots, runs
+one process a core, keeps every run as soon as it ends, and goes on where it was stopped or killed. A study of your own:
 
 ```yaml
 name: how_far                                  # names its table

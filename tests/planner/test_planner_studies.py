@@ -3,19 +3,23 @@ import json
 import multiprocessing
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+import missions
 from planner.study import StudyError, load_study, run_study
 from planner.study.judge import judge, kendall
-from planner.study.page import section, write_page
+from planner.study.page import INTRODUCTION, section, write_page
 from planner.study.record import Claim, set_field
 
+MISSIONS = Path(missions.__file__).parent
 MISSION = {
     "schema_version": 1,
     "name": "tiny",
@@ -298,6 +302,17 @@ class TestPage:
         assert "| 0.5 | 3/4 | 0.2 (0.1–0.9) |" in text
         assert "- 0.5: too slow" in text
         assert "Not run yet" in section(study, [])
+
+    def test_the_example_on_the_page_is_a_study(self, tmp_path):
+        (example,) = re.findall(r"```yaml\n(.*?)```", INTRODUCTION, re.DOTALL)
+        (tmp_path / "studies").mkdir()
+        shutil.copy(MISSIONS / "imec_four_drones.yaml", tmp_path)
+        (tmp_path / "studies" / "example.yaml").write_text(example)
+        assert len(load_study(tmp_path / "studies" / "example.yaml").runs()) == 18
+
+    @pytest.mark.parametrize("path", sorted((MISSIONS / "studies").glob("*.yaml")), ids=lambda path: path.stem)
+    def test_shipped_studies_load(self, path):
+        assert load_study(path).name == path.stem
 
     def test_the_page_is_written_from_tables(self, study_file, tmp_path):
         study_file(claims=[CLAIM], note="Measured.")
