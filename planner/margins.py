@@ -6,6 +6,15 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
+class SlowPoint:
+    """A robot by index, a time [s], and how fast it may be around then [m/s]."""
+
+    robot: int
+    time: float
+    speed: float
+
+
+@dataclass(frozen=True)
 class Margins:
     """How much tighter than the mission the planner plans.
 
@@ -16,6 +25,7 @@ class Margins:
         probability: share added to the connection probability's threshold.
         range: taken off the communication range where robots have to meet [m].
         contact: added to the time robots have to stay in contact [s].
+        slow: where robots are slow because one leg of their trajectory follows another.
     """
 
     separation: float = 0.004
@@ -26,3 +36,4 @@ class Margins:
     probability: float = 0.005
     range: float = 0.003
     contact: float = 0.05
+    slow: tuple[SlowPoint, ...] = ()

@@ -17,11 +17,13 @@ from missions.dynamics import flies
 from missions.schema import Mission
 from planner.certificate.certify import certify
 from planner.certificate.record import Certificate, Check
+from planner.certificate.switching import switches
 from planner.errors import CertificateFailed, NoFeasiblePlan, NotFlyableError, PlannerError
 from planner.feasibility import check_feasible
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
 from planner.problem import Margins, build_problem
+from planner.slow import slow_points
 from planner.solver.methods import solve
 from planner.solver.result import Progress
 from planner.trajectory.encode import decode, encode
@@ -99,6 +101,7 @@ def make_flight_plan(
             )
         failure = CertificateFailed(attempt.certificate)
         margins = _grown(margins, attempt.certificate)
+        margins = replace(margins, slow=margins.slow + slow_points(mission, switches(mission, attempt.trajectories)))
     raise failure
 
 
@@ -128,6 +131,7 @@ def _realise(mission: Mission, plan: Plan, margins: Margins) -> Attempt:
 # what is added. A third is added on top, so that a miss does not take many rounds to close.
 _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
     "separation": ("separation", lambda check: check.limit - check.value),
+    "separation off time": ("separation", lambda check: check.limit - check.value),
     "obstacles": ("obstacle", lambda check: check.limit - check.value),
     "keep-out zones": ("obstacle", lambda check: check.limit - check.value),
     "landing obstacles": ("obstacle", lambda check: check.limit - check.value),
@@ -146,14 +150,17 @@ _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
 
 
 def _grown(margins: Margins, certificate: Certificate) -> Margins:
-    """Margins with what the certificate missed on top.
+    """Margins with what the certificate missed on top; of several misses that one margin guards, the largest.
 
     Raises:
         CertificateFailed: a check failed that no margin guards.
     """
+    growth: dict[str, float] = {}
     for check in certificate.failures:
+        if check.name == "switch jump":
+            continue  # robots slow down where it is too large, and only there
         if check.name not in _GUARDS:
             raise CertificateFailed(certificate)
         name, missed = _GUARDS[check.name]
-        margins = replace(margins, **{name: getattr(margins, name) + 4.0 / 3.0 * missed(check)})
-    return margins
+        growth[name] = max(growth.get(name, 0.0), 4.0 / 3.0 * missed(check))
+    return replace(margins, **{name: getattr(margins, name) + more for name, more in growth.items()})

@@ -2,8 +2,9 @@
 
 The firmware evaluates pieces in place, also the last one after its end, so the half that flies is never written. Legs
 are cut at joints of the polynomial, whose bytes stay what they are: a chain of legs decodes to the trajectory that was
-encoded, to the last bit. Which joints is a shortest path: every switch costs the speed it is flown at, because a start
-command that comes too early or too late makes the setpoint jump by that speed times the time.
+encoded, to the last bit. Which joints is a shortest path: every switch costs the square of the speed it is flown at,
+because a start command that comes too early or too late makes the setpoint jump by that speed times the time, and one
+fast switch is worse than two slow ones.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.poly4d import MAX_PIECES, PIECE_SIZE, encode_pieces, encode_poly4d
 
 HALF = MEMORY_SIZE // 2
-SWITCH_COST = 0.2  # [m/s] of joint speed that one switch less is worth
+CALM = 0.1  # [m/s]; a switch at this speed costs as much as one more switch
 SHORTEST_LEG = 8.0  # [s] legs are no shorter if they can: while one flies the next is uploaded
-_HURRY = 10.0  # [m/s per s] what a second less than that costs
+_HURRY = 10.0  # [1/s] what a second less than that costs
 
 
 def poly4d_legs(trajectory: PiecewisePolynomial) -> tuple[Leg, ...]:
@@ -77,7 +78,7 @@ def choose_joints(trajectory: PiecewisePolynomial, sizes: Array | np.ndarray, ov
     for end in range(1, count + 1):
         begin = np.arange(np.searchsorted(filled, filled[end] + overhead - HALF), end)
         hurry = _HURRY * np.maximum(SHORTEST_LEG - (knots[end] - knots[begin]), 0.0)
-        switch = SWITCH_COST + speed[end] if end < count else 0.0
+        switch = 1.0 + (speed[end] / CALM) ** 2 if end < count else 0.0
         total = cost[begin] + hurry + switch
         best = int(np.argmin(total))
         cost[end], before[end] = total[best], begin[best]

@@ -21,7 +21,7 @@ from tests.deploy.flight_bench import fly_on, stage
 from tests.deploy.long_flight import long_plan
 
 PLAN = long_plan()
-SWITCHES = Timeline.of(PLAN.trajectories["cf1"]).times  # 0, 8.1, 16.5, 25.8 s
+SWITCHES = Timeline.of(PLAN.trajectories["cf1"]).times
 
 
 def run(folder, cache, prepare=lambda ready: None, plan=PLAN, **kwargs):
@@ -88,9 +88,12 @@ def in_flight(ready, robot, act):
     """Have ``act(address, data)`` change what a drone's trajectory memory gives once it was flown a while."""
     held = ready.swarm.drones[robot]._memory
     honest = held.read
-    held.read = lambda address, length: (
-        act(address, honest(address, length)) if ready.clock.now() > 8.0 else honest(address, length)
-    )
+
+    def read(address, length):
+        data = honest(address, length)
+        return act(address, data) if ready.clock.now() > 6.0 else data
+
+    held.read = read
 
 
 def test_a_leg_that_reads_back_differently_is_never_started(bench):
@@ -98,7 +101,10 @@ def test_a_leg_that_reads_back_differently_is_never_started(bench):
         return bytes([data[0] ^ 1]) + data[1:] if (address, len(data)) == (240, 24) else data
 
     outcome, events, truth, _ = bench(lambda ready: in_flight(ready, "cf2", flipped))
-    assert "cf2: 1 of 1848 bytes read back differ from what was written, first at 240" in outcome.reason
+    assert (
+        f"cf2: 1 of {len(PLAN.trajectories['cf2'].legs[2].data)} bytes read back differ from what was written, first at 240"
+        in outcome.reason
+    )
     everybody_came_down(outcome, events, truth, within=(SWITCHES[1] + 1.0, SWITCHES[2] - 1.0))
     assert len(named(events, "leg_start")) == 4
 
@@ -114,9 +120,12 @@ def test_a_drone_that_stops_answering_uploads_lands_everybody(bench):
     def prepare(ready):
         drone = ready.swarm.drones["cf1"]
         honest = drone.receive
-        drone.receive = lambda header, data: (
-            None if header >> 4 == memory.PORT and ready.clock.now() > 12.0 else honest(header, data)
-        )
+
+        def receive(header, data):
+            if header >> 4 != memory.PORT or ready.clock.now() < 8.5:
+                honest(header, data)
+
+        drone.receive = receive
 
     outcome, events, truth, _ = bench(prepare)
     assert "cf1: write to memory 0 at" in outcome.reason
@@ -167,7 +176,7 @@ def test_a_start_whose_answer_is_lost_is_seen_in_telemetry(bench):
         honest = drone._send
 
         def send(port, channel, data):
-            if port == highlevel.PORT and data[0] == 0x0D and ready.clock.now() > 8.0 and not lost:
+            if port == highlevel.PORT and data[0] == 0x0D and ready.clock.now() > 6.0 and not lost:
                 lost.append(data)
             else:
                 honest(port, channel, data)

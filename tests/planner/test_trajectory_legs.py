@@ -74,7 +74,7 @@ def cost(trajectory, cuts):
     """What choose_joints minimises, spelt out."""
     knots, speed = trajectory.knots(), np.linalg.norm(trajectory.coefficients[:, :3, 1], axis=1)
     hurry = sum(10.0 * max(0.0, 8.0 - (knots[b] - knots[a])) for a, b in itertools.pairwise(cuts))
-    return hurry + sum(0.2 + speed[cut] for cut in cuts[1:-1])
+    return hurry + sum(1.0 + (speed[cut] / 0.1) ** 2 for cut in cuts[1:-1])
 
 
 @given(st.integers(4, 11), st.integers(0, 50), st.integers(2, 4))
