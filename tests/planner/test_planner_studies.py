@@ -188,7 +188,10 @@ class TestRunning:
     @pytest.mark.parametrize("processes", [0, 1])
     def test_a_killed_study_goes_on(self, study_file, tmp_path, processes):
         path, out = study_file(), tmp_path / "out"
-        killed = subprocess.run([sys.executable, "-c", KILLED, path, out, str(processes)], check=False, timeout=120)
+        command = [sys.executable, "-c", KILLED, path, out, str(processes)]
+        killed = subprocess.run(
+            command, check=False, timeout=120, stdout=subprocess.PIPE
+        )  # until workers close it, too
         assert killed.returncode == -signal.SIGKILL
         assert len(list((out / "runs").glob("*.json"))) == 2
         assert not list(out.glob("*.csv"))
