@@ -89,10 +89,11 @@ def print_plan(flight_plan: FlightPlan) -> None:
     if flight_plan.plan.evaluations:  # an imported plan has none
         rows.append(("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"))
     for name, encoded in flight_plan.trajectories.items():
+        room = "of 4096" if len(encoded.legs) == 1 else f"in {len(encoded.legs)} legs"
         rows.append(
             (
                 f"bytes for {name}",
-                f"{encoded.size} of 4096, {encoded.pieces} pieces, {encoded.legs[0].encoding.name.lower()}",
+                f"{encoded.size} {room}, {encoded.pieces} pieces, {encoded.legs[0].encoding.name.lower()}",
             )
         )
     table(f"{mission.name}: plan", ("figure", "value"), rows)

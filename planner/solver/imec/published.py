@@ -23,7 +23,7 @@ from planner.solver.imec.parameters import Parameters
 from planner.solver.misses import violations
 from planner.solver.result import Violation
 
-NO_MARGINS = Margins(**{field.name: 0.0 for field in dataclasses.fields(Margins)})
+NO_MARGINS = Margins(**{field.name: 0.0 for field in dataclasses.fields(Margins) if field.name != "slow"})
 STUCK = 100  # iterations without any step that descends; only the penalty grows then, and nothing comes of it
 DISTURBANCE = 1e-3  # standard deviation of a first guess that is not zero, in the controls' units
 
