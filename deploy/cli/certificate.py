@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from deploy.cli.console import number, table
 
 if TYPE_CHECKING:
-    from planner.certificate.record import Certificate, Check, Indicators
+    from planner.certificate.record import Certificate, Indicators
 
 
 def print_certificate(certificate: Certificate, *, only_failed: bool = False) -> None:
@@ -18,19 +18,19 @@ def print_certificate(certificate: Certificate, *, only_failed: bool = False) ->
     checks = [check for check in certificate.checks if not (only_failed and check.passed)]
     rows = [
         (
-            "[red]FAIL[/]" if check.fails else "[green]ok[/]" if check.passed else "[yellow]warn[/]",
+            "[red]✗[/]" if check.fails else "[green]✓[/]" if check.passed else "[yellow]![/]",
             check.name,
-            _value(check.value),
-            _limit(check),
-            _value(check.margin),
+            _short(check.value),
+            f"{'≤' if check.relation == '<=' else '≥'} {_short(check.limit)}",
+            _short(check.margin),
             check.unit,
             check.where,
-            "" if check.time is None else f"{check.time:.2f} s",
+            "" if check.time is None else f"{check.time:.2f}",
         )
         for check in checks
     ]
-    columns = ("", "check", "value", "limit", "margin", "unit", "where", "when")
-    table("certificate", columns, rows, right=(2, 3, 4), whole=(1, 2, 4))
+    columns = ("", "check", "value", "limit", "margin", "unit", "where", "at s")
+    table("certificate", columns, rows, right=(2, 3, 4, 7), whole=(2, 3, 4, 5, 7), least={1: 12})
 
 
 def print_connections(found: Indicators) -> None:
@@ -80,12 +80,8 @@ def certificate_json(certificate: Certificate) -> dict[str, object]:
     }
 
 
-def _limit(check: Check) -> str:
-    """What is allowed; with the tolerance of numerics where the value needs it."""
-    text = f"{'≤' if check.relation == '<=' else '≥'} {number(check.limit)}"
-    return f"{text} ± {number(check.tolerance)}" if check.passed and check.margin < 0.0 else text
-
-
-def _value(value: float) -> str:
-    """A value that may have no bound."""
-    return f"{'-' if value < 0 else ''}∞" if math.isinf(value) else number(value)
+def _short(value: float) -> str:
+    """Three digits: a table of 80 columns has eight of these."""
+    if math.isinf(value):
+        return f"{'-' if value < 0 else ''}∞"
+    return number(float(f"{value:.3g}"))

@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Literal
 
 from rich.console import Console
 from rich.table import Table
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
+
+_NO_WIDTHS: Mapping[int, int] = MappingProxyType({})
 
 
 def fail(error: object, code: int = 2) -> int:
@@ -40,11 +44,22 @@ def table(
     *,
     right: Sequence[int] = (),
     whole: Sequence[int] = (),
+    least: Mapping[int, int] = _NO_WIDTHS,
 ) -> None:
-    """Print a table; columns listed in ``right`` are right-aligned, those in ``whole`` never wrapped."""
+    """Print a table.
+
+    Args:
+        title: above it.
+        columns: headings.
+        rows: cells, with markup.
+        right: columns that are aligned to the right.
+        whole: columns that are never wrapped.
+        least: smallest width of columns that are.
+    """
     view = Table(title=title, title_justify="left", title_style="bold", header_style="bold", pad_edge=False)
     for index, column in enumerate(columns):
-        view.add_column(column, justify="right" if index in right else "left", no_wrap=index in whole)
+        justify: Literal["left", "right"] = "right" if index in right else "left"
+        view.add_column(column, justify=justify, no_wrap=index in whole, min_width=least.get(index))
     for row in rows:
         view.add_row(*row)
     out.print(view)
