@@ -5,6 +5,10 @@ harden round by round. A stiff start freezes the first tangle the robots are in,
 
 Rounds are short, a few iterations, and the penalty grows slowly: multipliers that keep up with the motion lead to a
 median E half of that of long rounds with the same number of evaluations.
+
+How slowly follows E. While E still changes much from round to round, the penalty hardly grows: what the motion does not
+find while it is soft it pays for later, since a stiff problem is ill-conditioned and E creeps. Once E has calmed down,
+or is lower than matters, there is nothing to wait for, and the penalty grows fast.
 """
 
 from __future__ import annotations
@@ -30,7 +34,9 @@ class Schedule:
     """How the penalty grows and how much work a round is.
 
     Attributes:
-        penalty: μ of the first round. growth: factor a round. largest: μ stays below.
+        penalty: μ of the first round. growth: factor a round of searches that are compared. largest: μ stays below.
+        lingering, hurrying: factor a round of a search on its own while E changes by at least ``steep`` a round
+            (relative), and while it does not. unhurried: rounds after which it hurries anyway.
         iterations: of L-BFGS a round. rounds: at most. memory: of L-BFGS.
         settled: relative change of E over ``window`` rounds below which it counts as settled.
         negligible: E that is low enough: a flight's tracking error of a centimetre moves E by far more.
@@ -40,6 +46,10 @@ class Schedule:
 
     penalty: float = 0.1
     growth: float = 1.07
+    lingering: float = 1.02
+    hurrying: float = 1.1
+    steep: float = 0.02
+    unhurried: int = 120
     largest: float = 1e4
     iterations: int = 5
     rounds: int = 300
@@ -48,6 +58,11 @@ class Schedule:
     window: int = 8
     negligible: float = 5e-7
     patience: int = 60
+
+    @property
+    def steady(self) -> Schedule:
+        """The same with a penalty that grows alike for all, so that searches can be compared after as many rounds."""
+        return replace(self, lingering=self.growth, hurrying=self.growth)
 
 
 @dataclass(frozen=True)
@@ -113,11 +128,19 @@ def step(
         violation=violation,
         preference=preference,
         multipliers=multipliers,
-        mu=min(state.mu * schedule.growth, schedule.largest),
+        mu=min(state.mu * pace(state, sample.E, schedule), schedule.largest),
         round=state.round + 1,
         recent=(*state.recent, sample.E),
         misses=(*state.misses, violation),
     )
+
+
+def pace(state: State, E: float, schedule: Schedule) -> float:
+    """By what the penalty grows after a round that brought ``E``: little while E changes much."""
+    if schedule.negligible >= E or state.round >= schedule.unhurried:
+        return schedule.hurrying
+    steep = not state.recent or abs(math.log(E / state.recent[-1])) >= schedule.steep
+    return schedule.lingering if steep else schedule.hurrying
 
 
 def terminate(state: State, schedule: Schedule) -> bool:

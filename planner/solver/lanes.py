@@ -36,6 +36,18 @@ class Runner(NamedTuple):
     merit: float = math.inf
 
 
+class Closed(NamedTuple):
+    """Where lanes stand that have just closed a round: the one that misses the least.
+
+    Attributes:
+        E: ergodicity. worst: miss of any constraint [m equivalent]. evaluations: of the heat so far.
+    """
+
+    E: float
+    worst: float
+    evaluations: int
+
+
 class Lane:
     """One search: what it asks for next, and how many rounds are left.
 
@@ -81,8 +93,12 @@ def run_lanes(
     rounds: int,
     schedule: Schedule,
     keep_going: Callable[[], bool],
+    closed: Callable[[Closed], None] | None = None,
 ) -> tuple[list[Runner], int]:
-    """``rounds`` rounds of every search; those that were done when it was told to stop, and the evaluations."""
+    """``rounds`` rounds of every search; those that were done when it was told to stop, and the evaluations.
+
+    ``closed`` is called after every evaluation that closes a round of some lane, which is some twenty times a second.
+    """
     waiting = list(enumerate(field))[::-1]
     lanes: list[Lane | None] = [None] * stack.swarms
     z = np.tile(field[0].state.z, (stack.swarms, 1))
@@ -111,6 +127,9 @@ def run_lanes(
             else:
                 done[lane.number] = _ran(stack, value, swarm, lane, rounds)
                 load(swarm)
+        if closed is not None and turn.any():
+            leader = int(np.argmin(np.where(turn, value.worst, math.inf)))
+            closed(Closed(float(value.E[leader]), METRE_TOLERANCE * float(value.worst[leader]), evaluations))
     return [done[number] for number in sorted(done)], evaluations
 
 

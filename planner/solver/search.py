@@ -19,7 +19,7 @@ from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
 from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lagrangian import Lagrangian
-from planner.solver.lanes import Runner, run_lanes
+from planner.solver.lanes import Closed, Runner, run_lanes
 from planner.solver.lbfgs import Memory
 from planner.solver.misses import METRE_TOLERANCE, violations
 from planner.solver.result import Progress, SolveOutcome, SolveStatus
@@ -29,6 +29,8 @@ from planner.solver.stack import Stack, stackable
 START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
 MANY, FEW = 48, 8  # starts by default, with a coarse grid to race on and without
 LANES = 12  # starts that share evaluations at most
+REPAIR_SECONDS = 2.0  # wall time a search that was cut short may take to make its most promising motion feasible
+REPAIR_PENALTY, REPAIR_GROWTH = 30.0, 1.3  # stiff from the start: what counts is to meet the limits, soon
 RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
 
 
@@ -144,7 +146,11 @@ class Search:
         lanes = min(len(runners), LANES)
         if self.stack is None or self.stack.swarms != lanes:
             self.stack = Stack(self.lagrangian.problem, lanes)
-        ran, evaluations = run_lanes(self.stack, runners, rounds, self.schedule, self.keep_going)
+
+        def closed(round_: Closed) -> None:
+            self.tell_of(round_.E, round_.worst, phase, round_.evaluations)
+
+        ran, evaluations = run_lanes(self.stack, runners, rounds, self.schedule, self.keep_going, closed)
         self.lagrangian.evaluations += evaluations
         ran = [runner._replace(state=al.measured(self.lagrangian, runner.state)) for runner in ran]
         for runner in ran:
@@ -157,7 +163,7 @@ class Search:
         for _ in range(rounds):
             if not self.keep_going():
                 break
-            state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
+            state = al.step(self.lagrangian, state, self.schedule.steady, memory, self.keep_going)
             self.record(state, phase)
         return Runner(state, memory, al.merit(self.lagrangian, state))
 
@@ -167,6 +173,20 @@ class Search:
         while self.keep_going() and not al.terminate(state, self.schedule):
             state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
             self.record(state, f"round {state.round}")
+        return state
+
+    def repair(self, state: al.State) -> al.State:
+        """A short push towards the limits of a motion that was cut short; ends as soon as they are met."""
+        schedule = replace(self.schedule, lingering=REPAIR_GROWTH, hurrying=REPAIR_GROWTH)
+        state, memory = replace(state, mu=max(state.mu, REPAIR_PENALTY)), Memory(schedule.memory)
+        deadline = time.monotonic() + REPAIR_SECONDS
+
+        def in_time() -> bool:
+            return time.monotonic() < deadline
+
+        while in_time() and not self.feasible and state.round < schedule.rounds:
+            state = al.step(self.lagrangian, state, schedule, memory, in_time)
+            self.record(state, f"stopping, repair round {state.round}")
         return state
 
     def without_preferences(self, guess: al.State) -> Runner:
@@ -203,11 +223,15 @@ class Search:
 
     def tell(self, state: al.State, phase: str) -> None:
         """One entry of history and progress."""
+        self.tell_of(state.E, state.violation, phase)
+
+    def tell_of(self, E: float, violation: float, phase: str, more: int = 0) -> None:
+        """The same, while ``more`` evaluations are under way that are not counted yet."""
         entry = Progress(
-            E=state.E,
-            violation_m=max(state.violation, 0.0),
+            E=E,
+            violation_m=max(violation, 0.0),
             seconds=time.process_time() - self.cpu_start,
-            evaluations=self.evaluations,
+            evaluations=self.evaluations + more,
             phase=phase,
         )
         self.history.append(entry)
@@ -270,4 +294,6 @@ def _to_the_end(search: Search, runner: Runner) -> SolveOutcome:
     last = search.rounds(runner)
     if search.problem.preferences and not search.feasible and search.keep_going():
         last = search.rounds(search.without_preferences(runner.state))
+    if not search.feasible and not search.keep_going():
+        last = search.repair(search.best.state if search.best is not None else last)
     return search.finish(last)

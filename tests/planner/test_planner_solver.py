@@ -9,7 +9,8 @@ from planner.coarser import coarser
 from planner.errors import NoFeasiblePlan
 from planner.indicators import indicators
 from planner.problem import Margins, build_problem
-from planner.solver.augmented_lagrangian import Schedule
+from planner.solver import search
+from planner.solver.augmented_lagrangian import Schedule, State, pace
 from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lbfgs import Memory, Point, answered, line_search, minimise
 from planner.solver.result import SolveStatus
@@ -182,12 +183,37 @@ class TestNoPlan:
         assert "connection" in {violation.name for violation in done.violations}
         assert "connection missed by" in str(NoFeasiblePlan(done))
 
-    def test_interruption_before_anything_is_feasible(self):
+    @pytest.mark.parametrize("asked", [1, 30, 100])
+    def test_interruption_before_anything_is_feasible_gives_a_plan_or_names_what_is_missed(self, asked):
+        """Asked a few times, the race is in its first heat; a hundred times, in a later one."""
+        left = iter(range(asked))
+        settings = dataclasses.replace(SETTINGS, starts=2)
+        done = solve(build_problem(small(CONNECTED)), settings, should_stop=lambda: next(left, None) is None)
+        if done.plan is None:
+            assert done.status is SolveStatus.INTERRUPTED
+            assert done.violations[0].name
+        else:
+            assert done.status is SolveStatus.FEASIBLE_AT_INTERRUPTION
+            assert done.plan.violation <= 1e-3
+
+    def test_an_interrupted_race_is_repaired(self, monkeypatch):
+        monkeypatch.setattr(search, "REPAIR_SECONDS", 60.0)  # however slow this machine is
+        done = solve(build_problem(small(CONNECTED)), SETTINGS, should_stop=lambda: True)
+        assert done.status is SolveStatus.FEASIBLE_AT_INTERRUPTION
+        found = indicators(small(CONNECTED), done.plan.t, done.plan.q)
+        assert found.probability_worst >= 0.25
+        assert found.smallest_separation >= 0.3
+
+    def test_a_race_cut_short_by_the_time_limit_is_repaired(self, monkeypatch):
+        monkeypatch.setattr(search, "REPAIR_SECONDS", 60.0)
+        done = solve(build_problem(small(CONNECTED)), SolverSettings(time_limit=1e-6))
+        assert done.status is SolveStatus.FEASIBLE_AT_TIME_LIMIT
+
+    def test_without_time_to_repair_what_is_missed_is_named(self, monkeypatch):
+        monkeypatch.setattr(search, "REPAIR_SECONDS", 0.0)
         done = solve(build_problem(imec()), SETTINGS, should_stop=lambda: True)
         assert (done.plan, done.status) == (None, SolveStatus.INTERRUPTED)
         assert done.violations
-
-    def test_time_limit_before_anything_is_feasible(self):
         done = solve(build_problem(imec()), SolverSettings(time_limit=1e-6))
         assert (done.plan, done.status) == (None, SolveStatus.TIME_LIMIT)
 
@@ -217,6 +243,27 @@ class TestNoPlan:
         done = solve(build_problem(mission), SETTINGS, schedule=Schedule(rounds=160))
         assert done.status.feasible
         assert not indicators(mission, done.plan.t, done.plan.q).all_met
+
+
+class TestPace:
+    @staticmethod
+    def state(E, done=10):
+        zero = np.zeros(1)
+        return State(zero, None, E, 0.1, 0.1, (), 1.0, done, (E,) * done, (0.1,) * done)
+
+    def test_the_penalty_lingers_while_the_ergodicity_falls(self):
+        schedule = Schedule()
+        assert pace(self.state(1e-2), 0.9e-2, schedule) == schedule.lingering
+        assert pace(self.state(1e-2), 0.999e-2, schedule) == schedule.hurrying
+
+    def test_the_penalty_hurries_once_the_ergodicity_no_longer_matters_or_takes_too_long(self):
+        schedule = Schedule()
+        assert pace(self.state(1e-6), 1e-7, schedule) == schedule.hurrying
+        assert pace(self.state(1e-2, schedule.unhurried), 0.5e-2, schedule) == schedule.hurrying
+
+    def test_searches_that_are_compared_keep_one_pace(self):
+        schedule = Schedule().steady
+        assert pace(self.state(1e-2), 0.5e-2, schedule) == pace(self.state(1e-2), 1e-2, schedule) == schedule.growth
 
 
 class TestCoarseGrid:

@@ -7,7 +7,7 @@ import pytest
 
 from planner.problem import build_problem
 from planner.solver import augmented_lagrangian as al
-from planner.solver.lanes import Runner, run_lanes
+from planner.solver.lanes import Closed, Runner, run_lanes
 from planner.solver.lbfgs import Memory
 from planner.solver.search import Search
 from planner.solver.stack import Stack, stackable
@@ -52,12 +52,24 @@ def test_rounds_in_lanes_are_those_of_each_search_alone(problem, states):
     for start, runner in zip(alone, ran, strict=True):
         memory, state = Memory(), start
         for _ in range(2):
-            state = al.step(lagrangian, state, schedule, memory, lambda: True)
+            state = al.step(lagrangian, state, schedule.steady, memory, lambda: True)
         assert runner.state.round == 2
         assert runner.state.mu == pytest.approx(state.mu)
         assert pytest.approx(state.E, rel=0.02) == runner.state.E
         for mine, theirs in zip(runner.state.multipliers, state.multipliers, strict=True):
             assert np.linalg.norm(mine - theirs) <= 0.02 * np.linalg.norm(theirs) + 1e-6
+
+
+def test_lanes_tell_where_they_stand_whenever_one_closes_a_round(problem, states):
+    _, alone = states
+    told: list[Closed] = []
+    field = [Runner(state, Memory()) for state in alone]
+    _, evaluations = run_lanes(Stack(problem, 2), field, 2, al.Schedule(iterations=2), lambda: True, told.append)
+    assert len(told) > SWARMS  # some lanes close theirs together
+    counts = [entry.evaluations for entry in told]
+    assert counts == sorted(counts)
+    assert counts[-1] == evaluations
+    assert all(np.isfinite(entry.worst) and entry.E > 0.0 for entry in told)
 
 
 def test_lanes_stop_when_told(problem, states):
