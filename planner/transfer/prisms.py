@@ -48,7 +48,7 @@ class Prism:
         """(M,) which straight moves from one point (3,) to others (M, 3) enter it."""
         outside = self.normals @ begin - self.offsets  # (E,) positive beyond a side
         slope = (ends - begin) @ self.normals.T  # (M, E)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             crossing = -outside / slope
         enter = np.where(slope < 0.0, crossing, np.where((slope == 0.0) & (outside >= 0.0), np.inf, -np.inf))
         leave = np.where(slope > 0.0, crossing, np.inf)

@@ -99,11 +99,11 @@ def survey(mission: Mission, begin: Array, goal: Array, *, hurried: bool = False
     np.fill_diagonal(given, np.inf)
     i, j = np.unravel_index(int(given.argmin()), given.shape)
     if given[i, j] < mission.limits.separation - _TOLERANCE and not hurried:
-        counted = "" if scale[2] == 1.0 else ", vertical distance counted as downwash has it"
-        at = "the beginning" if np.linalg.norm((begin[i] - begin[j]) * scale) <= given[i, j] else "the end"
+        at, x = ("beginning", begin) if np.linalg.norm((begin[i] - begin[j]) * scale) <= given[i, j] else ("end", goal)
+        counted = ", vertical distance counted as downwash has it" if x[i, 2] != x[j, 2] else ""
         raise TransferError(
-            f"{names[i]} and {names[j]} are {given[i, j]:.3g} m apart at {at} of their way{counted}; allowed: at least "
-            f"{mission.limits.separation:g} [m]"
+            f"{names[i]} and {names[j]} are {given[i, j]:.3g} m apart at the {at} of their way{counted}; allowed: "
+            f"at least {mission.limits.separation:g} [m]"
         )
     least = np.minimum(mission.limits.separation + ROOM, given - _ROUNDING)
     lower, upper = fleet.fence(mission)

@@ -3,21 +3,25 @@
 In a wave some robots move, straight and for the same time, and the others hover. Robots that share their progress keep
 distance vectors that are linear in it, so whether a wave is safe is known in closed form. A wave takes whoever can come
 along; nobody stops for good where he would block somebody who still has to pass, unless there is no other way; and
-who cannot go on finds a new way around those that hover.
+who cannot go on finds a new way around those that hover, or else somebody makes room.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.transfer.errors import TransferError
 from planner.transfer.paths import find_path, length
-from planner.transfer.scene import Scene
+from planner.transfer.scene import Scene, closest
 
+_GRID = 0.2  # [m] between places looked at by who makes room
+_MOST_TRIED = 3  # of the places where he would be in nobody's way
 _MOST_WAVES = 6  # for each robot; more means that robots chase each other around
 
 
@@ -80,12 +84,13 @@ class _Crossing:
         self._scene, self._goal, self._order = scene, goal, list(order)
         self._here = begin.copy()
         self._ways = [list(way) for way in ways]
+        self._aside = [False] * len(self._ways)  # who has made room; once is enough
 
     def fly(self) -> list[Array]:
         """All waves. Raises TransferError."""
         flown: list[Array] = []
         while any(self._ways):
-            movers = self._movers(polite=True) or self._movers(polite=False) or self._detour()
+            movers = self._movers(polite=True) or self._make_room() or self._movers(polite=False) or self._detour()
             if not movers or len(flown) >= _MOST_WAVES * len(self._order):
                 raise TransferError(self._stuck())
             for k in movers:
@@ -115,8 +120,7 @@ class _Crossing:
             left = [self._here[k], *way] if k not in movers else way  # movers fly their next point now
             if k == robot or len(left) < 2:
                 continue
-            where = np.where(np.arange(len(self._goal))[:, None] == robot, self._goal, self._here)
-            if any(self._scene.near(k, a, b[None], [robot], where)[0] for a, b in itertools.pairwise(left)):
+            if self._comes_by(k, left, robot, self._goal[robot][None])[0]:
                 return True
         return False
 
@@ -131,6 +135,44 @@ class _Crossing:
                 self._ways[k] = list(way)
                 return [k]
         return []
+
+    def _make_room(self) -> list[int]:
+        """One in whose way somebody is stuck moves to the nearest place where he is in nobody's."""
+        for k in self._order:
+            others = [j for j in range(len(self._goal)) if j != k]
+            if self._aside[k] or not any(self._comes_by(j, self._left(j), k, self._here[k][None])[0] for j in others):
+                continue
+            places = self._places(k)
+            free = ~self._scene.blocked_by(k, self._here[k], places)[0]
+            free &= ~self._scene.near(k, self._here[k], places, others, self._here)
+            for j in others:
+                free &= ~self._comes_by(j, self._left(j), k, places)
+            for place in places[free][:_MOST_TRIED]:
+                way = find_path(self._scene, k, place, self._goal[k])
+                if way is not None:
+                    self._ways[k], self._aside[k] = [place, *way], True
+                    return [k]
+        return []
+
+    def _left(self, robot: int) -> list[Array]:
+        return [self._here[robot], *self._ways[robot]]
+
+    def _places(self, robot: int) -> Array:
+        """(K, 3) places at a robot's height all over the fence, the nearest first."""
+        lower, upper = self._scene.lower, self._scene.upper
+        steps = [np.linspace(lower[a], upper[a], 1 + math.ceil((upper[a] - lower[a]) / _GRID)) for a in (0, 1)]
+        x, y = np.meshgrid(*steps)
+        places = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self._here[robot, 2])])
+        away = np.linalg.norm(places - self._here[robot], axis=1)
+        return np.asarray(places[np.argsort(away, kind="stable")])
+
+    def _comes_by(self, robot: int, way: Sequence[Array], other: int, places: Array) -> NDArray[np.bool_]:
+        """(K,) whether a robot's way through points (3,) comes too close to another one hovering at places (K, 3)."""
+        near = np.zeros(len(places), dtype=np.bool_)
+        for a, b in itertools.pairwise(way):
+            apart = closest((a - places) * self._scene.scale, (b - places) * self._scene.scale)
+            near |= apart < self._scene.least[robot, other]
+        return near
 
     def _stuck(self) -> str:
         k = next(k for k in self._order if self._ways[k])
