@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -32,6 +32,35 @@ def clearance(trajectory: PiecewisePolynomial, obstacle: Obstacle | KeepOutZone)
 
     group = np.zeros(len(points), dtype=np.intp)
     return minimise(square_sum(relative), knots[:-1], knots[1:], group, 1, RESOLUTION, outside)
+
+
+def nearest(
+    trajectory: PiecewisePolynomial, things: Iterable[tuple[str, Obstacle | KeepOutZone]]
+) -> tuple[str, Minimum] | None:
+    """The one of many shapes a robot comes closest to, by label, and how close; None without shapes.
+
+    Shapes are taken in the order of the gaps between boxes around them and around the pieces; those whose gap is
+    larger than a proven distance need no proof of their own.
+    """
+    points = control_points(trajectory.coefficients[:, :3], trajectory.durations)
+    low, high = points.min(axis=-1), points.max(axis=-1)
+    candidates = [(_box_gap(low, high, body(thing)), label, thing) for label, thing in things]
+    best: tuple[str, Minimum] | None = None
+    for gap, label, thing in sorted(candidates, key=lambda candidate: candidate[0]):
+        if best is not None and gap > best[1].bound[0]:
+            break
+        found = clearance(trajectory, thing)
+        if best is None or found.bound[0] < best[1].bound[0]:
+            best = label, found
+    return best
+
+
+def _box_gap(low: Array, high: Array, solid_: Solid) -> float:
+    """Smallest distance between boxes (M, 3) and the box around a solid [m]."""
+    lower = np.array([*(solid_.vertices.min(axis=0) - solid_.radius), solid_.low])
+    upper = np.array([*(solid_.vertices.max(axis=0) + solid_.radius), solid_.high])
+    gap = np.maximum(np.maximum(lower - high, low - upper), 0.0)
+    return float(np.sqrt(np.einsum("md,md->m", gap, gap)).min()) * (1.0 - 1e-12)
 
 
 def inside_zone(trajectory: PiecewisePolynomial, zone: KeepInZone) -> Minimum:

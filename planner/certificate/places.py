@@ -34,12 +34,12 @@ def separation(mission: Mission, flown: Sequence[PiecewisePolynomial], approache
 def of_robot(mission: Mission, robot: int, flown: PiecewisePolynomial) -> list[Check]:
     """Obstacles, zones, workspace, altitude, start and end of one robot."""
     name, checks = mission.robots[robot].name, []
-    for label, thing in obstacles.in_the_way(mission, name):
-        gap, kind = (
-            obstacles.clearance(flown, thing),
-            "keep-out zones" if isinstance(thing, KeepOutZone) else "obstacles",
-        )
-        checks.append(room(kind, float(gap.bound[0]), f"{name}, {label}", float(gap.time[0])))
+    in_the_way = list(obstacles.in_the_way(mission, name))
+    for kind, zones in (("obstacles", False), ("keep-out zones", True)):
+        closest = obstacles.nearest(flown, (x for x in in_the_way if isinstance(x[1], KeepOutZone) is zones))
+        if closest is not None:
+            label, gap = closest
+            checks.append(room(kind, float(gap.bound[0]), f"{name}, {label}", float(gap.time[0])))
     for number, zone in enumerate(mission.zones):
         if isinstance(zone, KeepInZone) and (not zone.robots or name in zone.robots):
             gap = obstacles.inside_zone(flown, zone)

@@ -145,6 +145,25 @@ def test_circles_are_bounded_alike_by_squares_and_by_half_spaces(seed):
     assert by_planes.bound[0] == pytest.approx(by_squares.bound[0], abs=2e-4)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_the_nearest_of_many_is_the_nearest_of_all(seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    coefficients = rng.normal(0.0, 0.3, (4, 4, 8)) * 0.5 ** np.arange(8)
+    trajectory = PiecewisePolynomial(np.full(4, 1.3), coefficients)
+    shapes = (lambda at: CircleObstacle(at, 0.2), lambda at: CylinderObstacle(at, 0.2, height=1.0))
+    places = rng.uniform(-6.0, 6.0, (40, 2))
+    things = [(str(k), shapes[k % 2](tuple(place))) for k, place in enumerate(places)]
+    things.append(("box", BoxObstacle((5.0, -6.0), (6.0, 6.0), rotation=0.4)))
+    one_by_one = {label: obstacles.clearance(trajectory, thing).bound[0] for label, thing in things}
+    proofs = []
+    clearance = obstacles.clearance
+    monkeypatch.setattr(obstacles, "clearance", lambda *args: proofs.append(args) or clearance(*args))
+    label, found = obstacles.nearest(trajectory, things)
+    assert found.bound[0] == min(one_by_one.values()) == one_by_one[label]
+    assert len(proofs) < len(things)
+    assert obstacles.nearest(trajectory, []) is None
+
+
 # ------------------------------------------------------------------------------------------------ checks
 
 TRIANGLE = ((11.3, -19.4), (11.7, -19.4), (11.5, -19.0))
