@@ -10,7 +10,8 @@ from deploy.analysis.health import battery_use, link_use, pose_feed
 from deploy.analysis.meetings import meetings
 from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.separation import separation
-from deploy.analysis.tracking import track
+from deploy.analysis.switches import flown_switches, timelines
+from deploy.analysis.tracking import Tracking, track
 from deploy.analysis.verdict import Evidence, judge
 from deploy.flightlog.reader import FlightRecord
 from planner.trajectory.encode import decode
@@ -30,11 +31,10 @@ def analyse(record: FlightRecord) -> FlightAnalysis:
     window, motion = mission_window(record, duration), flown_motion(record, names)
     search = motion.during(window) if motion is not None and window is not None else None
     covered = coverage(mission, flown_plan.plan, certificate.indicators, references, motion, window)
-    tracking = (
-        tuple(track(name, i, motion, window, references[name]) for i, name in enumerate(names))
-        if motion is not None and window is not None
-        else ()
-    )
+    tracking: tuple[Tracking, ...] = ()
+    if motion is not None and window is not None:
+        course = timelines(record, flown_plan, window)
+        tracking = tuple(track(name, i, motion, window, references[name], course[name]) for i, name in enumerate(names))
     nobody = np.empty((0, len(names), 3))
     apart = separation(mission, motion, search[1] if search else nobody) if motion is not None else None
     batteries = tuple(battery_use(record, name) for name in names)
@@ -49,6 +49,7 @@ def analyse(record: FlightRecord) -> FlightAnalysis:
         motion=motion,
         coverage=covered,
         tracking=tracking,
+        switches=flown_switches(record, flown_plan, references),
         separation=apart,
         meetings=meetings(mission, references, search, certificate.indicators, covered.flown),
         batteries=batteries,

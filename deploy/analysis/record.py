@@ -11,6 +11,7 @@ from deploy.analysis.coverage import Coverage
 from deploy.analysis.health import BatteryUse, LinkUse, PoseFeed
 from deploy.analysis.meetings import PairMeetings
 from deploy.analysis.separation import Separation
+from deploy.analysis.switches import FlownSwitch
 from deploy.analysis.tracking import Tracking
 from deploy.analysis.verdict import Verdict
 from deploy.flightlog.reader import FlightRecord
@@ -25,6 +26,7 @@ class FlightAnalysis:
         record: the log. flight_plan: what was to be flown. simulated: whether it was a rehearsal.
         window: when the search was flown; None if it never began.
         motion: where everybody was; None if nobody was ever seen.
+        switches: where legs of trajectories followed one another; empty if everybody had one.
         coverage, tracking, separation, meetings, batteries, links, feeds: the figures, robots in the mission's order.
         verdict: what to think of it.
     """
@@ -36,6 +38,7 @@ class FlightAnalysis:
     motion: Motion | None
     coverage: Coverage
     tracking: tuple[Tracking, ...]
+    switches: tuple[FlownSwitch, ...]
     separation: Separation | None
     meetings: tuple[PairMeetings, ...]
     batteries: tuple[BatteryUse, ...]
@@ -61,6 +64,7 @@ class FlightAnalysis:
                 item.robot: {"mean": item.mean, "p95": item.p95, "largest": item.largest, "lag": item.mean_lag}
                 for item in self.tracking
             },
+            "switches": [dataclasses.asdict(item) for item in self.switches],
             "smallest_separation": self.separation.smallest if self.separation else math.nan,
             "all_met": flown.all_met if flown else None,
             "probability_worst": flown.probability_worst if flown else math.nan,

@@ -10,6 +10,7 @@ import numpy as np
 from deploy.analysis.align import MissionWindow, Motion
 from missions.arrays import Array, frozen
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.trajectory.timeline import Timeline
 
 _LAGS = np.arange(-0.2, 1.2001, 0.02)  # s, lags that are tried
 _LAG_SAMPLES = 3000  # positions compared; a long flight is thinned, not cut
@@ -47,22 +48,35 @@ class Tracking:
         return sum(known) / len(known) if known else math.nan
 
 
-def track(robot: str, number: int, motion: Motion, window: MissionWindow, reference: PiecewisePolynomial) -> Tracking:
-    """Compare a robot's flown positions with its certified trajectory at the same mission time.
+def track(
+    robot: str,
+    number: int,
+    motion: Motion,
+    window: MissionWindow,
+    reference: PiecewisePolynomial,
+    timeline: Timeline,
+) -> Tracking:
+    """Compare a robot's flown positions with where its certified trajectory was at the same time.
 
-    ``number`` is the robot's column in ``motion``; ``reference`` its trajectory as decoded from the bytes.
+    Args:
+        robot: its name.
+        number: its column in ``motion``.
+        motion: where everybody was.
+        window: when the search was flown.
+        reference: its trajectory as decoded from the bytes.
+        timeline: where in it the robot should have been, by flight clock: legs begin when they begin.
     """
     t, q = motion.during(window)
-    q = q[:, number]
-    error = np.linalg.norm(q - reference.evaluate(t)[:, :3], axis=1)
+    q, s = q[:, number], np.array([timeline.at(window.start + float(moment)) for moment in t])
+    error = np.linalg.norm(q - reference.evaluate(s)[:, :3], axis=1)
     known = np.isfinite(error)
     if known.sum() < 2:
         nan = math.nan
         return Tracking(robot, frozen(t), frozen(error), nan, nan, nan, nan, (nan, nan, nan), nan, 0.0)
-    lag = _lags(t[known], q[known], reference)
+    lag = _lags(s[known], q[known], reference)
     finite = [value for value in lag if not math.isnan(value)]
     shift = sum(finite) / len(finite) if finite else 0.0
-    late = np.linalg.norm(q[known] - reference.evaluate(t[known] - shift)[:, :3], axis=1)
+    late = np.linalg.norm(q[known] - reference.evaluate(s[known] - shift)[:, :3], axis=1)
     worst = int(np.nanargmax(error))
     return Tracking(
         robot=robot,

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from deploy.analysis.record import FlightAnalysis
+from deploy.analysis.switches import timelines
 from deploy.report.heat import heat_image
 from deploy.report.packing import floats
 from missions.arrays import Array
@@ -96,6 +97,12 @@ def _planned(analysis: FlightAnalysis, t: Array) -> Array:
     """(S, N, 3) of the certified trajectories; NaN outside the search."""
     plan = analysis.flight_plan
     references = [decode(plan.trajectories[robot.name]) for robot in plan.mission.robots]
-    q = np.stack([reference.evaluate(t)[:, :3] for reference in references], axis=1)
+    zero, window = zero_time(analysis), analysis.window
+    courses = timelines(analysis.record, plan, window) if window is not None else {}
+    moments = [
+        np.array([courses[robot.name].at(zero + float(moment)) for moment in t]) if courses else t
+        for robot in plan.mission.robots
+    ]
+    q = np.stack([reference.evaluate(s)[:, :3] for reference, s in zip(references, moments, strict=True)], axis=1)
     q[(t < 0.0) | (t > max(reference.duration for reference in references))] = np.nan
     return q

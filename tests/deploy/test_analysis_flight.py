@@ -15,6 +15,7 @@ from deploy.errors import LogFileError
 from deploy.flightlog.reader import Event, Series, read_log
 from planner.indicators import ergodic_metric
 from planner.trajectory.encode import decode
+from planner.trajectory.timeline import Timeline
 from tests.deploy import synthetic_flight as synthetic
 
 
@@ -82,7 +83,8 @@ def test_lag_is_found_whatever_it_is(plan, lag):
     t = np.arange(0.0, 12.0, 0.02)
     window = synthetic_window(12.0)
     motion = synthetic_motion(t, reference.evaluate(t - lag)[:, None, :3])
-    assert track(name, 0, motion, window, reference).mean_lag == pytest.approx(lag, abs=3e-3)
+    course = Timeline.of(plan.trajectories[name], [window.start])
+    assert track(name, 0, motion, window, reference, course).mean_lag == pytest.approx(lag, abs=3e-3)
 
 
 def synthetic_window(duration):

@@ -101,10 +101,8 @@ def test_a_leg_that_reads_back_differently_is_never_started(bench):
         return bytes([data[0] ^ 1]) + data[1:] if (address, len(data)) == (240, 24) else data
 
     outcome, events, truth, _ = bench(lambda ready: in_flight(ready, "cf2", flipped))
-    assert (
-        f"cf2: 1 of {len(PLAN.trajectories['cf2'].legs[2].data)} bytes read back differ from what was written, first at 240"
-        in outcome.reason
-    )
+    size = len(PLAN.trajectories["cf2"].legs[2].data)
+    assert f"cf2: 1 of {size} bytes read back differ from what was written, first at 240" in outcome.reason
     everybody_came_down(outcome, events, truth, within=(SWITCHES[1] + 1.0, SWITCHES[2] - 1.0))
     assert len(named(events, "leg_start")) == 4
 

@@ -6,7 +6,6 @@ motions too (Table II: "infeasible local minima where some constraints are unsat
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable
 from typing import NamedTuple
@@ -23,7 +22,9 @@ from planner.solver.imec.parameters import Parameters
 from planner.solver.misses import violations
 from planner.solver.result import Violation
 
-NO_MARGINS = Margins(**{field.name: 0.0 for field in dataclasses.fields(Margins) if field.name != "slow"})
+NO_MARGINS = Margins(
+    separation=0.0, obstacle=0.0, workspace=0.0, acceleration=0.0, speed=0.0, probability=0.0, range=0.0, contact=0.0
+)
 STUCK = 100  # iterations without any step that descends; only the penalty grows then, and nothing comes of it
 DISTURBANCE = 1e-3  # standard deviation of a first guess that is not zero, in the controls' units
 
