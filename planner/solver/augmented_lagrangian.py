@@ -7,8 +7,8 @@ Rounds are short, a few iterations, and the penalty grows slowly: multipliers th
 median E half of that of long rounds with the same number of evaluations.
 
 How slowly follows E. While E still changes much from round to round, the penalty hardly grows: what the motion does not
-find while it is soft it pays for later, since a stiff problem is ill-conditioned and E creeps. Once E has calmed down,
-or is lower than matters, there is nothing to wait for, and the penalty grows fast.
+find while it is soft it pays for later, since a stiff problem is ill-conditioned and E creeps. Once E is lower than
+matters, there is nothing to wait for, and the penalty grows fast.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Schedule:
 
     Attributes:
         penalty: μ of the first round. growth: factor a round of searches that are compared. largest: μ stays below.
-        lingering, hurrying: factor a round of a search on its own while E changes by at least ``steep`` a round
-            (relative), and while it does not. unhurried: rounds after which it hurries anyway.
+        lingering, calm: factor a round of a search on its own while E changes by at least ``steep`` a round
+            (relative), and while it does not. hurrying: once E is negligible, or after ``unhurried`` rounds.
         iterations: of L-BFGS a round. rounds: at most. memory: of L-BFGS.
         settled: relative change of E over ``window`` rounds below which it counts as settled.
         negligible: E that is low enough: a flight's tracking error of a centimetre moves E by far more.
@@ -47,6 +47,7 @@ class Schedule:
     penalty: float = 0.1
     growth: float = 1.07
     lingering: float = 1.02
+    calm: float = 1.05
     hurrying: float = 1.1
     steep: float = 0.02
     unhurried: int = 120
@@ -62,7 +63,7 @@ class Schedule:
     @property
     def steady(self) -> Schedule:
         """The same with a penalty that grows alike for all, so that searches can be compared after as many rounds."""
-        return replace(self, lingering=self.growth, hurrying=self.growth)
+        return replace(self, lingering=self.growth, calm=self.growth, hurrying=self.growth)
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ def pace(state: State, E: float, schedule: Schedule) -> float:
     if schedule.negligible >= E or state.round >= schedule.unhurried:
         return schedule.hurrying
     steep = not state.recent or abs(math.log(E / state.recent[-1])) >= schedule.steep
-    return schedule.lingering if steep else schedule.hurrying
+    return schedule.lingering if steep else schedule.calm
 
 
 def terminate(state: State, schedule: Schedule) -> bool:

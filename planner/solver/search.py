@@ -177,7 +177,7 @@ class Search:
 
     def repair(self, state: al.State) -> al.State:
         """A short push towards the limits of a motion that was cut short; ends as soon as they are met."""
-        schedule = replace(self.schedule, lingering=REPAIR_GROWTH, hurrying=REPAIR_GROWTH)
+        schedule = replace(self.schedule, growth=REPAIR_GROWTH).steady
         state, memory = replace(state, mu=max(state.mu, REPAIR_PENALTY)), Memory(schedule.memory)
         deadline = time.monotonic() + REPAIR_SECONDS
 

@@ -254,7 +254,7 @@ class TestPace:
     def test_the_penalty_lingers_while_the_ergodicity_falls(self):
         schedule = Schedule()
         assert pace(self.state(1e-2), 0.9e-2, schedule) == schedule.lingering
-        assert pace(self.state(1e-2), 0.999e-2, schedule) == schedule.hurrying
+        assert pace(self.state(1e-2), 0.999e-2, schedule) == schedule.calm
 
     def test_the_penalty_hurries_once_the_ergodicity_no_longer_matters_or_takes_too_long(self):
         schedule = Schedule()
