@@ -9,5 +9,6 @@
     loop.py         the flight loop: one tick of everything, commands with answers
     ground.py       connect, set up, settle the estimators, check, upload, arm
     legs.py         legs of long trajectories: uploaded and started in flight
-    manoeuvres.py   take off, transfer, start together, land, abort
+    passages.py     take off, the moves to the starts and back
+    manoeuvres.py   start together, search, land, abort
 """

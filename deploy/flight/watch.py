@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from deploy.radio.supervisor import Supervisor
-from missions.fleet import altitudes
+from missions.fleet import fence
 from missions.schema import Mission
 
 Vec3 = tuple[float, float, float]
@@ -53,22 +53,11 @@ class Limits:
     @classmethod
     def of(cls, mission: Mission) -> Limits:
         """From the mission: the fence holds workspace, pads, starts and flight altitude, plus the margin."""
-        margin, flat = mission.flight.geofence_margin, mission.dimension == 2
-        corners = [
-            mission.workspace.lower[:2],
-            mission.workspace.upper[:2],
-            *(robot.start[:2] for robot in mission.robots),
-            *(robot.pad[:2] for robot in mission.robots if robot.pad),
-        ]
-        x, y = ([corner[axis] for corner in corners] for axis in (0, 1))
-        top = float(altitudes(mission).max()) if flat else mission.workspace.upper[2]
+        margin = mission.flight.geofence_margin
+        lower, upper = fence(mission)
+        (x0, y0, z0), (x1, y1, z1) = (lower - margin).tolist(), (upper + margin).tolist()
         # The floor keeps drones from leaving downwards; an estimate may well be a little below it.
-        return cls(
-            mission.flight.tracking_limit,
-            mission.limits.separation,
-            (min(x) - margin, min(y) - margin, -margin),
-            (max(x) + margin, max(y) + margin, top + margin),
-        )
+        return cls(mission.flight.tracking_limit, mission.limits.separation, (x0, y0, z0), (x1, y1, z1))
 
 
 @dataclass(frozen=True)
