@@ -37,8 +37,6 @@ JUMP_LIMITS = (1e-3, 0.01, 0.1)  # [m], [m/s], [m/s²] at joints: what rounding 
 YAW_JUMP_LIMIT = 0.01  # [rad]
 REST_LIMITS = (0.005, 0.05)  # [m/s], [m/s²] at both ends
 
-_SAMPLES_PER_STEP = 4
-
 
 def certify(
     mission: Mission, trajectories: Mapping[str, EncodedTrajectory], transfers: Transfers | None = None
@@ -156,7 +154,7 @@ def _memory(mission: Mission, name: str, encoded: EncodedTrajectory, flown: Piec
 
 
 def _sampled(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> Indicators:
-    """Indicators of samples of what will fly: exact where they are defined at the planning step."""
-    t: Array = np.arange(mission.steps * _SAMPLES_PER_STEP, dtype=np.float64) * (mission.horizon.dt / _SAMPLES_PER_STEP)
+    """Indicators at the planning steps, where E and P are defined; what is defined in continuous time comes after."""
+    t: Array = np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt
     q = np.stack([trajectory.evaluate(t)[:, : mission.dimension] for trajectory in flown.values()], axis=1)
     return indicators(mission, t, q)
