@@ -18,10 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from missions.arrays import Array, frozen
-from planner.trajectory.bezier import control_points, power_coefficients
+from planner.trajectory.bezier import control_points
 from planner.trajectory.encoded import MEMORY_SIZE
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.trajectory.single import coefficients
 from planner.trajectory.spline import derivative_points
 
 END_MARKER = b"\0\0\0"
@@ -102,14 +103,11 @@ def decode_compressed(data: bytes, pieces: int) -> PiecewisePolynomial:
 
 
 def _polynomial(segments: Sequence[_Segment]) -> PiecewisePolynomial:
-    """Integers to metres and seconds."""
-    durations = np.array([segment.milliseconds for segment in segments]) / 1e3
-    coefficients = np.zeros((len(segments), 4, 8))
-    for m, segment in enumerate(segments):
-        for axis, curve in enumerate(segment.curves):
-            points = np.array(curve, dtype=np.float64)[None] / _UNITS[axis]
-            coefficients[m, axis, : len(curve)] = power_coefficients(points, durations[m : m + 1])[0]
-    return PiecewisePolynomial(durations, coefficients)
+    """Integers to metres and seconds, as the firmware computes them."""
+    milliseconds = np.array([segment.milliseconds for segment in segments], dtype=np.float64)
+    start = [curve[0] for curve in segments[0].curves]
+    curves = [[curve[1:] for curve in segment.curves] for segment in segments]
+    return PiecewisePolynomial(milliseconds / 1e3, coefficients(start, curves, milliseconds))
 
 
 @dataclass(frozen=True)

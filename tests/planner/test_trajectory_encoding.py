@@ -19,6 +19,7 @@ from planner.trajectory.poly4d import MAX_PIECES, PIECE_SIZE, decode_poly4d, enc
 from tests.tampering import altered
 
 COMPRESSED = TrajectorySettings(encoding="compressed")
+SINGLE = 4e-4  # [m], [rad] the firmware's single precision on wild curves of 3 m; smooth ones keep to 1e-5
 
 
 @st.composite
@@ -89,31 +90,31 @@ def test_poly4d_garbage_is_refused_or_flies_as_said(data, pieces):
 # ------------------------------------------------------------------------------------------------ compressed
 
 
-@given(trajectories(most=20))
+@given(trajectories(most=20, reach=3.0))
 def test_compressed_is_within_its_grid(trajectory):
     """Every given control point is at most a few millimetres away; ends are rounded to the nearest one."""
     decoded = decode_compressed(encode_compressed(trajectory), trajectory.pieces)
     given_points = control_points(trajectory.coefficients, trajectory.durations)
     got = control_points(decoded.coefficients, decoded.durations)
     grid = np.array([1e-3, 1e-3, 1e-3, math.radians(0.1)])[:, None]
-    assert (np.abs(got - given_points)[..., -1:] <= 0.5 * grid + 1e-9).all()
-    assert (np.abs(got - given_points)[..., 1:] <= 5.5 * grid + 1e-9).all()
-    np.testing.assert_allclose(got[1:, :, 0], got[:-1, :, 7], atol=1e-9)  # never a gap
+    assert (np.abs(got - given_points)[..., -1:] <= 0.5 * grid + SINGLE).all()
+    assert (np.abs(got - given_points)[..., 1:] <= 5.5 * grid + SINGLE).all()
+    np.testing.assert_allclose(got[1:, :, 0], got[:-1, :, 7], atol=SINGLE)  # never a gap
     np.testing.assert_allclose(decoded.durations, trajectory.durations, atol=1e-9)
 
 
-@given(trajectories(most=20))
+@given(trajectories(most=20, reach=3.0))
 def test_compressing_again_changes_nothing_when_pieces_join(trajectory):
     once = decode_compressed(encode_compressed(trajectory), trajectory.pieces)
     twice = decode_compressed(encode_compressed(once), once.pieces)
     ends = [control_points(p.coefficients, p.durations)[..., -1] for p in (once, twice)]
-    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
+    np.testing.assert_allclose(ends[0], ends[1], atol=SINGLE)
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("seconds", [0.9, [0.8, 0.9, 1.1, 1.0, 0.8, 1.0]])
 def test_compressed_curves_stay_smooth(seed, seconds):
-    """Continuing derivatives instead of rounding each point keeps jumps small, and rest stays rest exactly."""
+    """Continuing derivatives instead of rounding each point keeps jumps small, and rest stays rest."""
     given_curve = smooth(seed=seed, seconds=seconds)
     curve = decode(encode(given_curve, COMPRESSED))
     t = np.linspace(0, given_curve.duration, 2001)
@@ -122,10 +123,10 @@ def test_compressed_curves_stay_smooth(seed, seconds):
     h = curve.durations[:, None, None]
     velocity = 7 / h * np.diff(points, axis=-1)
     acceleration = 42 / h**2 * np.diff(points, n=2, axis=-1)
-    assert np.abs(velocity[1:, :, 0] - velocity[:-1, :, -1]).max() < 0.5e-3 * 7 / h.min() + 1e-9
-    assert np.abs(acceleration[1:, :, 0] - acceleration[:-1, :, -1]).max() < 0.5e-3 * 42 / h.min() ** 2 + 1e-9
+    assert np.abs(velocity[1:, :, 0] - velocity[:-1, :, -1]).max() < 0.5e-3 * 7 / h.min() + 5e-4
+    assert np.abs(acceleration[1:, :, 0] - acceleration[:-1, :, -1]).max() < 0.5e-3 * 42 / h.min() ** 2 + 5e-3
     assert np.abs(velocity[0, :, 0]).max() < 1e-9
-    assert np.abs(acceleration[-1, :, -1]).max() < 1e-9
+    assert np.abs(acceleration[-1, :, -1]).max() < 5e-3  # single precision
 
 
 def test_compressed_spends_no_bytes_on_what_stands_still():
@@ -144,7 +145,7 @@ def test_compressed_uses_the_lowest_degree():
     coefficients[2, 1, 0] = 1.5
     data = encode_compressed(PiecewisePolynomial(durations, coefficients))
     assert len(data) == 8 + (3 + 2) + (3 + 6) + 3 + 3
-    np.testing.assert_allclose(decode_compressed(data, 3).coefficients, coefficients, atol=1e-9)
+    np.testing.assert_allclose(decode_compressed(data, 3).coefficients, coefficients, atol=1e-6)
 
 
 def test_compressed_rounds_joint_times_not_durations():
@@ -189,6 +190,22 @@ def test_cut_or_lengthened_bytes_are_refused(trajectory, data):
                 decode(altered(encoded, data=wrong))
         with pytest.raises(TrajectoryError):
             decode(altered(encoded, pieces=encoded.pieces + 1))
+
+
+def test_compressed_rounding_makes_good_what_it_does():
+    """The acceleration of smooth curves is shaken less than by rounding every control point on its own."""
+    shaken, naive = [], []
+    for seed in range(10):
+        given_curve = smooth(seed=seed, seconds=0.8)
+        t = np.linspace(0, given_curve.duration, 2001)
+        asked = given_curve.evaluate(t, 2)
+        points = control_points(given_curve.coefficients, given_curve.durations)
+        nearest = PiecewisePolynomial(
+            given_curve.durations, power_coefficients(np.rint(points * 1e3) / 1e3, given_curve.durations)
+        )
+        shaken.append(np.abs(decode(encode(given_curve, COMPRESSED)).evaluate(t, 2) - asked).max())
+        naive.append(np.abs(nearest.evaluate(t, 2) - asked).max())
+    assert np.mean(shaken) < 0.85 * np.mean(naive)
 
 
 # ------------------------------------------------------------------------------------------------ the choice

@@ -51,6 +51,32 @@ def test_laws_of_a_fit(seed, steps, cap):
     assert error == pytest.approx(deviation(plan, 0, trajectory)[0], rel=0.05)
 
 
+@settings(max_examples=12, deadline=None)
+@given(
+    st.integers(0, 10_000), st.sampled_from(["poly4d", "compressed", "auto"]), st.floats(0.1, 0.5), st.floats(0.25, 0.6)
+)
+def test_what_is_encoded_keeps_the_tolerance_or_is_refused(seed, encoding, cap, band):
+    """Random smooth 3-D curves: bytes within the tolerance that join and keep the limit; or one line why not."""
+    plan = plan_of(seed, steps=120, axes=3, cap=cap, band=band)
+    mission = mission_of(plan, trajectory=TrajectorySettings(encoding=encoding))
+    try:
+        (trajectory,) = fit(plan, mission)
+    except TrajectoryError:
+        hard = cap > 0.9 * LIMIT or encoding == "compressed"
+        assert hard  # a plan well inside the limit has polynomials
+        return
+    encoded = encode(trajectory, mission.trajectory)
+    flown = decode(encoded)
+    assert deviation(plan, 0, flown)[0] <= mission.trajectory.tolerance
+    assert np.abs(flown.evaluate(dense(flown), 2)).max() <= LIMIT + 1e-3
+    millimetres = encoded.legs[0].encoding is Encoding.COMPRESSED
+    before, after = sides_of_joints(flown, 0)
+    np.testing.assert_allclose(before, after, atol=1e-5)
+    before, after = sides_of_joints(flown, 1)
+    np.testing.assert_allclose(before, after, atol=7e-3 if millimetres else 1e-4)
+    assert encode(flown, mission.trajectory).legs[0].data == encoded.legs[0].data or millimetres
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_as_few_pieces_as_the_aim_needs(seed):
     """Error-driven knots need far fewer than even ones, and one piece less is not enough."""
