@@ -13,7 +13,7 @@ and 9 of the plans are certified at once. Where the memory is full first, anythi
 that are uploaded in flight cost more than millimetres.
 
 Speed is not constrained here: it follows from deviation and acceleration, and stays within the planner's margin of
-1.5 % (planned to flown at most + 1.2 % on the same plans).
+1.5 % (on the same plans at most 0.9 % faster than planned).
 """
 
 from __future__ import annotations
