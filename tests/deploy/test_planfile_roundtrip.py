@@ -8,6 +8,7 @@ import pytest
 from deploy.errors import PlanFileError
 from deploy.flightlog.container import check_intact
 from deploy.planfile import layout, plan_bytes, read_plan, read_plan_bytes, write_plan
+from planner.trajectory.encoded import EncodedTrajectory
 from tests.deploy import synthetic_flight as synthetic
 from tests.tampering import altered
 
@@ -78,6 +79,24 @@ def test_a_certificate_for_other_bytes_is_refused(plan):
         read_plan_bytes(plan_bytes(dataclasses.replace(plan, certificate=certificate)))
     with pytest.raises(PlanFileError, match="the mission has cf1, cf2"):
         read_plan_bytes(plan_bytes(dataclasses.replace(plan, trajectories={})))
+
+
+def test_legs_come_back_in_their_order_and_no_other(plan):
+    name = plan.mission.robots[0].name
+    (leg,) = plan.trajectories[name].legs
+    halves = [dataclasses.replace(leg, offset=2048 * number) for number in (0, 1)]
+    legs = {**plan.trajectories, name: EncodedTrajectory(tuple(halves))}
+    hashes = tuple((robot, item.sha256) for robot, item in legs.items())
+    chained = dataclasses.replace(
+        plan, trajectories=legs, certificate=dataclasses.replace(plan.certificate, trajectories_sha256=hashes)
+    )
+    assert read_plan_bytes(plan_bytes(chained)).trajectories == legs
+    swapped = {**legs, name: EncodedTrajectory(tuple(halves[::-1]))}
+    with pytest.raises(PlanFileError, match="other trajectories"):
+        read_plan_bytes(plan_bytes(dataclasses.replace(chained, trajectories=swapped)))
+    one = {**legs, name: EncodedTrajectory((leg,))}
+    with pytest.raises(PlanFileError, match="other trajectories"):
+        read_plan_bytes(plan_bytes(dataclasses.replace(chained, trajectories=one)))
 
 
 def test_a_failed_certificate_is_read_as_failed():

@@ -18,6 +18,7 @@ MISSION = Path(missions.__file__).parent / "examples" / "three_minutes.yaml"
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)  # a busy computer takes its time over three minutes
 def test_three_minutes_are_flown_through_legs_uploaded_in_flight(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     mission = load_mission(MISSION)
