@@ -24,6 +24,7 @@ from planner.transfers import Move, Passage, Transfers
 PEAK_SPEED, PEAK_ACCELERATION = 2.1875, 7.5132  # of a rest-to-rest move: × d/T and × d/T² (protocol notes B1)
 SHORTEST = 1.5  # [s] of a move
 PAUSE = 0.5  # [s] between waves: for tracking to catch up
+_NEAR = 5e-4  # [m] what the bytes may round: nobody moves for it
 
 
 def plan_transfers(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> Transfers:
@@ -72,6 +73,7 @@ def plan_moves(mission: Mission, begin: Array, goal: Array, *, hurried: bool = F
     Raises:
         TransferError: no safe way was found.
     """
+    goal = np.where(np.linalg.norm(goal - begin, axis=1)[:, None] < _NEAR, begin, goal)
     scene = survey(mission, begin, goal, hurried=hurried)
     return _timed(mission, begin, waves(scene, begin, goal))
 
