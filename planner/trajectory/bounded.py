@@ -13,6 +13,7 @@ rows; then λ ← ρ excess, and ρ grows. H and AᵀA are block-tridiagonal: a 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +55,9 @@ class LocalQuadratic:
         """(axes, M−1, 4) g − H x at the inner knots."""
         return inner(self.g - _times(self.H, local(x)))
 
-    def bounded(self, rows: Array, cap: float, tolerance: float, rounds: int | None = None) -> Array:
+    def bounded(
+        self, rows: Array, cap: float, tolerance: float, worth: Callable[[Array], bool] = lambda x: True
+    ) -> Array:
         """Unknowns (axes, M+1, 4) at the minimum with |rows · x| <= cap.
 
         Args:
@@ -62,19 +65,19 @@ class LocalQuadratic:
             cap: bound on every row.
             tolerance: largest excess over ``cap`` to accept, in its unit. If the rows cannot be met, the result has
                 the least excess the rounds could reach: the caller checks.
-            rounds: most rounds of multipliers, default 12: none ignores the bound, one finds the shape of the solution
-                and leaves a small excess.
+            worth: asked after the first round, which finds the shape of the solution and leaves a small excess,
+                whether to go on.
         """
         x = self.minimum()
-        if x.shape[1] == 2 or rounds == 0:
+        if x.shape[1] == 2:
             return x
         y = _times(rows, local(x))
         stiffness = float(np.trace(self.H, axis1=1, axis2=2).sum())
         rho = _STIFFNESS * stiffness / max(float(np.square(rows).sum()), 1e-300)
         shift = np.zeros_like(y)  # λ/ρ
         worst, stalled = float(np.abs(y).max()) - cap, 0
-        for _ in range(_OUTER if rounds is None else rounds):
-            if worst <= tolerance or stalled == _PATIENCE:
+        for trial in range(_OUTER):
+            if worst <= tolerance or stalled == _PATIENCE or (trial == 1 and not worth(x)):
                 break
             x = self._penalised(rows, shift, cap, rho, x)
             y = _times(rows, local(x))

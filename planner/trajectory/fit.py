@@ -155,8 +155,8 @@ def _search(plan: Plan, mission: Mission, robot: int, most: int, shortest: float
     guess = max(2, min(most, round(float(plan.t[-1]) / _GUESS)))
     knots = place_knots(plan, robot, guess, shortest)
 
-    def attempt(knots: Array, rounds: int | None) -> Fit:
-        return fit_motion(motion, knots, bound, rounds=rounds)
+    def attempt(knots: Array, aim: float | None) -> Fit:
+        return fit_motion(motion, knots, bound, aim)
 
     return fewest_pieces(attempt, knots, AIM * mission.trajectory.tolerance, most, shortest)
 

@@ -10,6 +10,7 @@ over C³ splines of degree 7. q is known in continuous time, so the error is tim
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -68,14 +69,15 @@ class Fit:
         return float(self.errors.max())
 
 
-def fit_motion(motion: Motion, knots: Array, bound: Bound, *, rounds: int | None = None) -> Fit:
+def fit_motion(motion: Motion, knots: Array, bound: Bound, aim: float | None = math.inf) -> Fit:
     """Fit a motion on given knots.
 
     Args:
         motion: what is followed, from the first knot to the last.
         knots: (M+1,) [s].
         bound: which derivative is bounded by how much; ``excess`` tells whether that could be met.
-        rounds: of multipliers: 0 ignores the bound, 1 shows the shape of the solution, None solves the problem.
+        aim: error that is too much to go on for: what comes back then misses the bound a little. None ignores the
+            bound.
     """
     spline = SepticSpline(knots)
     h = spline.durations
@@ -95,11 +97,19 @@ def fit_motion(motion: Motion, knots: Array, bound: Bound, *, rounds: int | None
     quadratic = LocalQuadratic(H, g.transpose(2, 0, 1), fixed)
     caps = np.broadcast_to(np.asarray(bound.cap, dtype=np.float64), len(h))[:, None, None]
     cap = float(caps.max())
-    x = quadratic.bounded(rows * (cap / caps), cap * (1 - _HEADROOM), cap * _TOLERANCE, rounds)
-    s = local(x)[..., None]
-    error = (B @ C @ s)[..., 0] - q.transpose(2, 0, 1)
-    excess = float((np.abs(rows @ s)[..., 0] - caps[..., 0]).max())
-    return Fit(spline, x, np.sqrt(np.square(error).sum(axis=0)).max(axis=1), max(0.0, excess))
+    targets = q.transpose(2, 0, 1)
+
+    def errors(x: Array) -> Array:
+        error = (B @ C @ local(x)[..., None])[..., 0] - targets
+        return np.asarray(np.sqrt(np.square(error).sum(axis=0)).max(axis=1))
+
+    if aim is None:
+        x = quadratic.minimum()
+    else:
+        scaled = rows * (cap / caps)
+        x = quadratic.bounded(scaled, cap * (1 - _HEADROOM), cap * _TOLERANCE, lambda x: float(errors(x).max()) <= aim)
+    excess = float((np.abs(rows @ local(x)[..., None])[..., 0] - caps[..., 0]).max())
+    return Fit(spline, x, errors(x), max(0.0, excess))
 
 
 @functools.cache

@@ -7,13 +7,15 @@ aim is met and shrinks until it is not.
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Callable
 
 from missions.arrays import Array
 from planner.trajectory.knots import SHORTEST, move_knots
 from planner.trajectory.regression import Fit
 
-Attempt = Callable[[Array, int | None], Fit]  # knots, rounds of the bound's multipliers
+Attempt = Callable[[Array, float | None], Fit]  # knots, error too large to go on for (None: without the bound)
 
 _FREE, _BOUNDED = 4, 10  # fits of either kind
 _ORDER = 3.5  # measured: errors fall with this power of the number of pieces
@@ -38,13 +40,14 @@ def fewest_pieces(attempt: Attempt, knots: Array, aim: float, most: int, shortes
         If none met the aim, the one with the smallest error; if none met the bound, the one that missed it least.
     """
     knots = _learn(attempt, knots, aim, most, shortest)
-    fit = best = attempt(knots, 1)
+    worth = functools.partial(_worth, aim=aim)
+    fits: list[Fit] = []
     too_few, full = 0, 0
     for trial in range(_BOUNDED):
-        fit = attempt(knots, 1) if trial else fit
-        if fit.excess > 0.0 and (fit.error <= aim or fit.pieces == most or trial == _BOUNDED - 1):
-            fit = attempt(knots, None)
-        best = fit if trial == 0 or _worth(fit, aim) < _worth(best, aim) else best
+        last = len(knots) - 1 == most or trial == _BOUNDED - 1  # to be seen to the end, however it ends
+        fit = attempt(knots, math.inf if last else aim)
+        fits.append(fit)
+        best = min(fits, key=worth)
         if fit.excess > 0.0 or fit.error > aim:
             too_few, full = max(too_few, fit.pieces), full + (fit.pieces == most)
         reached = best.excess <= 0.0 and best.error <= aim
@@ -58,7 +61,7 @@ def fewest_pieces(attempt: Attempt, knots: Array, aim: float, most: int, shortes
             ratio = (fit.error / aim) ** (1.0 / _STEP) if fit.error > aim else _GROWTH  # else it misses the bound
             count = max(fit.pieces + 1, round(fit.pieces * min(_GROWTH, ratio)))
         knots = move_knots(fit.spline.knots, fit.errors, min(count, most), _CAREFUL, shortest)
-    return best
+    return min(fits, key=worth)
 
 
 def _worth(fit: Fit, aim: float) -> tuple[float, float, int, float]:
@@ -70,7 +73,7 @@ def _worth(fit: Fit, aim: float) -> tuple[float, float, int, float]:
 def _learn(attempt: Attempt, knots: Array, aim: float, most: int, shortest: float) -> Array:
     """Knots of about the right number at about the right places, from fits without the bound."""
     for _ in range(_FREE):
-        fit = attempt(knots, 0)
+        fit = attempt(knots, None)
         level = float((fit.errors**0.25).mean()) ** 4  # what all pieces would err if they erred alike
         ratio = (level / (_SHARE * aim)) ** (1.0 / _ORDER)
         count = max(2, min(most, round(fit.pieces * min(2.0, max(0.5, ratio)))))

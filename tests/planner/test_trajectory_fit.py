@@ -173,7 +173,7 @@ def test_fewest_pieces_of_an_error_that_is_known():
         error = property(lambda self: float(self.errors.max()))
         spline = property(lambda self: self)
 
-    def attempt(knots, rounds):
+    def attempt(knots, aim):
         h = np.diff(knots)
         return Known(knots, h**4 * np.where(knots[:-1] < 5.0, 1.0, 1e-3))
 
@@ -181,7 +181,7 @@ def test_fewest_pieces_of_an_error_that_is_known():
     assert found.error <= 1e-2
     assert found.pieces <= 26  # 16 pieces of 0.32 s on the left, 3 on the right; even ones: 32
     beyond = fewest_pieces(
-        lambda knots, rounds: dataclasses.replace(attempt(knots, rounds), excess=float(len(knots) < 40)),
+        lambda knots, aim: dataclasses.replace(attempt(knots, aim), excess=float(len(knots) < 40)),
         np.linspace(0.0, 10.0, 8),
         1e-2,
         100,
