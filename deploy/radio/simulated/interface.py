@@ -8,9 +8,8 @@ quaternions x, y, z, w (body to world).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
@@ -28,8 +27,7 @@ class SetpointMode(Enum):
     ATTITUDE = "roll, pitch, yaw rate and thrust"
 
 
-@dataclass(frozen=True)
-class Setpoint:
+class Setpoint(NamedTuple):
     """What the commander asks of the controller.
 
     Attributes:
@@ -51,12 +49,11 @@ class Setpoint:
 
     def is_finite(self) -> bool:
         """Whether every number in it is one."""
-        vectors = (self.position, self.velocity, self.acceleration, self.jerk, self.omega, self.attitude)
-        return math.isfinite(sum(map(sum, vectors)) + self.yaw + self.thrust)
+        vectors = self.position + self.velocity + self.acceleration + self.jerk + self.omega + self.attitude
+        return math.isfinite(sum(vectors) + self.yaw + self.thrust)
 
 
-@dataclass(frozen=True)
-class PoseMeasurement:
+class PoseMeasurement(NamedTuple):
     """An external position or pose as it arrived over the radio."""
 
     position: Vec3
@@ -65,11 +62,10 @@ class PoseMeasurement:
     std_quaternion: float = 0.0045
 
 
-@dataclass(frozen=True)
-class Orders:
+class Orders(NamedTuple):
     """Firmware to world, valid until the next tick."""
 
-    setpoint: Setpoint = field(default_factory=Setpoint)
+    setpoint: Setpoint = Setpoint()
     motors_allowed: bool = False  # the supervisor's word; False cuts the motors whatever the setpoint says
     controller: int = 1  # stabilizer.controller: 1 PID, 2 Mellinger
     measurements: tuple[PoseMeasurement, ...] = ()  # since the last tick, oldest first
@@ -77,8 +73,7 @@ class Orders:
     initial_pose: tuple[Vec3, float] = (ZERO, 0.0)  # kalman.initialX/Y/Z, initialYaw: used by a reset
 
 
-@dataclass(frozen=True)
-class Telemetry:
+class Telemetry(NamedTuple):
     """World to firmware: what the drone knows of itself (not the truth)."""
 
     position: Vec3 = ZERO  # estimated

@@ -38,6 +38,8 @@ class HighLevelCommander:
         self._descriptors: dict[int, Fields] = {}
         # The last goal, or the estimate while there is none: where the next plan starts.
         self._position, self._velocity, self._yaw = ZERO, ZERO, 0.0
+        self._goal: Evaluation | None = None
+        self._setpoint = _NULL  # made of the goal
         self._blocked = True  # until the supervisor speaks: before the first tick the drone does not know where it is
         self._commands: Mapping[int, tuple[struct.Struct, bool, Callable[[Fields], int]]] = {
             # command: (layout after the command byte, needs permission to fly, action)
@@ -94,21 +96,13 @@ class HighLevelCommander:
 
     def setpoint(self, telemetry: Telemetry) -> Setpoint | None:
         """The setpoint of this tick; None when the planner has nothing to say."""
-        goal = None
-        if self.is_active:
-            with np.errstate(all="ignore"):
-                goal = self.planner.goal(self._t)
+        goal = self.planner.follow(self._now())
         if goal is not None:
-            self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
-            return Setpoint(
-                SetpointMode.FULL,
-                goal.position,
-                goal.velocity,
-                goal.acceleration,
-                goal.jerk,
-                goal.yaw,
-                goal.omega,
-            )
+            if goal is not self._goal:  # at rest it is the same one for many ticks
+                self._goal, self._setpoint = goal, Setpoint(SetpointMode.FULL, *goal)
+                self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
+            return self._setpoint
+        self._goal = None
         self._position, self._velocity = telemetry.position, telemetry.velocity
         x, y, z, w = telemetry.quaternion
         self._yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Sequence
 
 import numpy as np
 
 from deploy.radio.simulated.high_level.evaluation import Evaluation, Float32, Polynomial, stretch_time
-from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory, at_rest, shifted
+from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory, at_rest, leading, shifted
 from deploy.radio.simulated.interface import ZERO, Vec3
 
 _START = struct.Struct("<hhhh")
@@ -47,7 +48,12 @@ class CompressedTrajectory:
     def __init__(self, memory: TrajectoryMemory, offset: int, begin: np.float32) -> None:
         self._memory, self._offset, self._begin = memory, offset, begin
         self._shift = ZERO
-        self._version: int | None = None
+        self._decoded: int | None = None
+
+    @property
+    def version(self) -> int:
+        """That of the memory."""
+        return self._memory.version
 
     def start_at(self, position: Vec3) -> None:
         """Move the trajectory so that it begins at ``position``."""
@@ -57,15 +63,21 @@ class CompressedTrajectory:
         self._shift = (x, y, z)
 
     def evaluate(self, t: np.float32) -> Evaluation:
-        """The goal at ``t``; at a joint the later segment answers."""
+        """The goal at ``t``."""
+        return self.evaluate_all(np.array([t], np.float32))[0]
+
+    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
+        """Goals at the first of the times ``t``; at a joint the later segment answers."""
         self._refresh()
         elapsed = t - self._begin
-        if elapsed >= self._total or not self._segments:
-            return shifted(self._after, self._shift)
-        for begin, polynomial in reversed(self._segments):
-            if elapsed >= begin:
-                return shifted(polynomial.evaluate(elapsed - begin), self._shift)
-        return shifted(self._segments[0][1].evaluate(elapsed), self._shift)
+        if elapsed[0] >= self._total or not self._segments:
+            return (shifted(self._after, self._shift),) * len(t)
+        # Who asks for a time before the start gets the first segment's polynomial.
+        number = max((i for i, (begin, _) in enumerate(self._segments) if elapsed[0] >= begin), default=0)
+        begin, polynomial = self._segments[number]
+        end = self._segments[number + 1][0] if number + 1 < len(self._segments) else self._total
+        at = elapsed[: leading(elapsed < end)] - begin
+        return [shifted(goal, self._shift) for goal in polynomial.evaluate_all(at)]
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether the end marker has been reached."""
@@ -73,9 +85,9 @@ class CompressedTrajectory:
         return bool(t - self._begin >= self._total)
 
     def _refresh(self) -> None:
-        if self._version == self._memory.version:
+        if self._decoded == self._memory.version:
             return
-        self._version = self._memory.version
+        self._decoded = self._memory.version
         raw = self._memory.read(self._offset, self._memory.size + 64)
         point: Float32 = np.array(_START.unpack_from(raw), np.float32) * _UNITS
         cursor, begin = _START.size, np.float32(0.0)

@@ -1,4 +1,6 @@
-"""One point of a degree-7 polynomial in x, y, z and yaw, as the firmware evaluates it (pptraj.c): float32 throughout.
+"""Points of a degree-7 polynomial in x, y, z and yaw, as the firmware evaluates it (pptraj.c): float32 throughout.
+
+Several times are evaluated together: one array call costs as much for thirty points as for one.
 
 Reference: D. Mellinger, V. Kumar, "Minimum snap trajectory generation and control for quadrotors", ICRA 2011: body
 rates follow from acceleration, jerk and yaw because the quadrotor is differentially flat.
@@ -7,12 +9,13 @@ rates follow from acceleration, jerk and yaw because the quadrotor is differenti
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from deploy.radio.simulated.interface import ZERO, Vec3
+from missions.arrays import Array
 
 Float32 = NDArray[np.float32]
 
@@ -20,8 +23,7 @@ GRAVITY = 9.81  # [m/s²], the constant of the firmware's flatness map
 _AXES, _TERMS, _DERIVATIVES = 4, 8, 4
 
 
-@dataclass(frozen=True, slots=True)
-class Evaluation:
+class Evaluation(NamedTuple):
     """Goal of the planner at one time. World frame.
 
     Attributes:
@@ -57,39 +59,50 @@ class Polynomial:
         for order in range(1, _DERIVATIVES):
             rows[order, :, :-1] = rows[order - 1, :, 1:] * powers
         flat = rows.reshape(_DERIVATIVES * _AXES, _TERMS)
-        self._descending = [np.ascontiguousarray(flat[:, k]) for k in range(_TERMS - 1, -1, -1)]
+        self._descending = [np.ascontiguousarray(flat[:, k : k + 1]) for k in range(_TERMS - 1, -1, -1)]
 
     def evaluate(self, t: np.float32, sign: int = 1) -> Evaluation:
         """Value at ``t`` seconds; ``sign`` -1 flips odd derivatives (a trajectory flown backwards)."""
-        value = self._descending[0].copy()
-        for coefficient in self._descending[1:]:  # Horner
-            value *= t
-            value += coefficient
-        x, y, z, yaw, vx, vy, vz, dyaw, ax, ay, az, _, jx, jy, jz, _ = value.tolist()
-        if sign < 0:
-            vx, vy, vz, dyaw, jx, jy, jz = -vx, -vy, -vz, -dyaw, -jx, -jy, -jz
-        acceleration, jerk = (ax, ay, az), (jx, jy, jz)
-        omega = body_rates(acceleration, jerk, yaw, dyaw)
-        return Evaluation((x, y, z), (vx, vy, vz), acceleration, jerk, yaw, omega)
+        return self.evaluate_all(np.array([t], np.float32), sign)[0]
+
+    def evaluate_all(self, t: Float32, sign: int = 1) -> list[Evaluation]:
+        """Values at the times ``t`` (K,) [s]."""
+        with np.errstate(all="ignore"):  # clients may send anything; the firmware's floats do not trap either
+            value: Float32 = np.repeat(self._descending[0], len(t), axis=1)
+            for coefficient in self._descending[1:]:  # Horner
+                value *= t
+                value += coefficient
+            if sign < 0:
+                value.reshape(_DERIVATIVES, -1)[1::2] *= -1.0
+            block = value.astype(np.float64).reshape(_DERIVATIVES, _AXES, -1)
+            omega = body_rates(block[2, :3], block[3, :3], block[0, 3], block[1, 3])
+        vectors = (block[0, :3], block[1, :3], block[2, :3], block[3, :3], omega)
+        x, v, a, j, w = (zip(*vector.tolist(), strict=True) for vector in vectors)
+        return [Evaluation(*point) for point in zip(x, v, a, j, block[0, 3].tolist(), w, strict=True)]
 
 
-def body_rates(acceleration: Vec3, jerk: Vec3, yaw: float, yaw_rate: float) -> Vec3:
-    """Body rates [rad/s] by differential flatness (Mellinger and Kumar 2011, section III)."""
+def body_rates(acceleration: Array, jerk: Array, yaw: Array, yaw_rate: Array) -> Array:
+    """Body rates (3, K) [rad/s] by differential flatness (Mellinger and Kumar 2011, section III).
+
+    Args:
+        acceleration: (3, K) [m/s²], world frame.
+        jerk: (3, K) [m/s³], world frame.
+        yaw: (K,) [rad].
+        yaw_rate: (K,) [rad/s].
+    """
     ax, ay, az = acceleration[0], acceleration[1], acceleration[2] + GRAVITY
-    thrust = math.sqrt(ax * ax + ay * ay + az * az)
-    if not 0.0 < thrust < math.inf:
-        return ZERO
+    thrust = np.sqrt(ax * ax + ay * ay + az * az)
     zx, zy, zz = ax / thrust, ay / thrust, az / thrust  # body z in the world frame
-    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
     yx, yy, yz = -zz * sin_yaw, zz * cos_yaw, zx * sin_yaw - zy * cos_yaw  # z_body × x_heading
-    length = math.sqrt(yx * yx + yy * yy + yz * yz)
-    if length == 0.0:
-        return ZERO
+    length = np.sqrt(yx * yx + yy * yy + yz * yz)
     yx, yy, yz = yx / length, yy / length, yz / length
     xx, xy, xz = yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx  # y_body × z_body
     # The part of the jerk along z_body drops out of both products below: x_body and y_body are orthogonal to it.
     jx, jy, jz = jerk[0] / thrust, jerk[1] / thrust, jerk[2] / thrust
-    return (-(jx * yx + jy * yy + jz * yz), jx * xx + jy * xy + jz * xz, zz * yaw_rate)
+    rates = np.stack([-(jx * yx + jy * yy + jz * yz), jx * xx + jy * xy + jz * xz, zz * yaw_rate])
+    defined = (thrust > 0.0) & (thrust < math.inf) & (length != 0.0)
+    return np.where(defined, rates, 0.0)
 
 
 def stretch_time(coefficients: Float32, factor: np.float32) -> Float32:

@@ -13,6 +13,8 @@ from deploy.radio.simulated.high_level.trajectory import PlannedPiece, Polynomia
 from deploy.radio.simulated.interface import ZERO, Vec3
 
 OK, REFUSED = 0, 1
+PERIOD = 0.01  # [s] between ticks
+_AHEAD = PERIOD * np.arange(50)  # [s] what is evaluated together
 
 
 class PlannerState(IntEnum):
@@ -35,6 +37,8 @@ class Planner:
     def __init__(self) -> None:
         self.state = PlannerState.IDLE
         self._trajectory: Trajectory | None = None
+        self._foreseen: dict[float, Evaluation] = {}
+        self._foreseen_in = 0  # version of the trajectory
 
     def stop(self) -> None:
         """Follow nothing: null setpoints."""
@@ -50,12 +54,34 @@ class Planner:
 
     def goal(self, t: np.float32) -> Evaluation | None:
         """The goal at ``t``, None without one. A landing that has ended becomes idle; that call still has a goal."""
+        trajectory = self._followed(t)
+        return None if trajectory is None else _valid(trajectory.evaluate_all(np.array([t], np.float32))[0])
+
+    def follow(self, now: float) -> Evaluation | None:
+        """:meth:`goal` of the tick at ``now`` seconds; goals of the ticks to come are computed along with it.
+
+        They hold until the next command or the next write to the trajectory's memory.
+        """
+        t = np.float32(now)
+        trajectory = self._followed(t)
+        if trajectory is None:
+            return None
+        key = float(t)
+        if key not in self._foreseen or trajectory.version != self._foreseen_in:
+            times = (now + _AHEAD).astype(np.float32)
+            with np.errstate(all="ignore"):  # clients may have sent anything
+                goals = trajectory.evaluate_all(times)
+            self._foreseen = dict(zip(times.tolist(), goals, strict=False))
+            self._foreseen_in = trajectory.version
+        return _valid(self._foreseen[key])
+
+    def _followed(self, t: np.float32) -> Trajectory | None:
+        """What is followed at ``t``; a landing that has ended is left, for the last time here."""
         if self._trajectory is None or self.state not in (PlannerState.FLYING, PlannerState.LANDING):
             return None
         if self.state is PlannerState.LANDING and self._trajectory.is_finished(t):
             self.state = PlannerState.IDLE
-        goal = self._trajectory.evaluate(t)
-        return goal if goal.is_valid() else None
+        return self._trajectory
 
     def takeoff(
         self, t: np.float32, position: Vec3, yaw: float, height: float, goal_yaw: float, duration: float
@@ -142,8 +168,12 @@ class Planner:
         return OK
 
     def _fly(self, trajectory: Trajectory) -> None:
-        self._trajectory = trajectory
+        self._take(trajectory)
         self.state = PlannerState.FLYING
+
+    def _take(self, trajectory: Trajectory) -> None:
+        self._trajectory = trajectory
+        self._foreseen = {}
 
     def _vertical(
         self, t: np.float32, position: Vec3, yaw: float, height: float, goal_yaw: float, duration: float
@@ -151,7 +181,11 @@ class Planner:
         heading = normalize_angle(yaw)
         turn = normalize_angle(normalize_angle(goal_yaw) - heading)
         end = _state((position[0], position[1], height), heading + turn)
-        self._trajectory = PlannedPiece(t, np.float32(duration), _state(position, heading), end)
+        self._take(PlannedPiece(t, np.float32(duration), _state(position, heading), end))
+
+
+def _valid(goal: Evaluation) -> Evaluation | None:
+    return goal if goal.is_valid() else None
 
 
 def _add(a: Vec3, b: Vec3) -> Vec3:

@@ -7,10 +7,12 @@ version of the memory only.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from deploy.radio.simulated.high_level.evaluation import (
     Evaluation,
@@ -26,11 +28,20 @@ PIECE_BYTES = 132  # x[8], y[8], z[8], yaw[8], duration: float32
 _ZERO32 = np.float32(0.0)
 
 
+def leading(flags: NDArray[np.bool_]) -> int:
+    """How many of the first flags are set."""
+    return len(flags) if flags.all() else int(flags.argmin())
+
+
 class Trajectory(Protocol):
     """What the planner needs; times are float32 seconds since boot."""
 
-    def evaluate(self, t: np.float32) -> Evaluation:
-        """The goal at ``t``; after the end the last point, at rest."""
+    @property
+    def version(self) -> int:
+        """Changes when goals that were given before no longer hold."""
+
+    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
+        """Goals at the first of the rising times ``t`` (K,), one at least; after the end the last point, at rest."""
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether the trajectory has ended at ``t``."""
@@ -68,8 +79,7 @@ def shifted(evaluation: Evaluation, shift: Vec3, rotation: float = 0.0) -> Evalu
     """Rotated about the world's z axis, then moved. The jerk is left as it is, as in the firmware."""
     if rotation:
         turned = [_turn(v, rotation) for v in (evaluation.position, evaluation.velocity, evaluation.acceleration)]
-        evaluation = replace(
-            evaluation,
+        evaluation = evaluation._replace(
             position=turned[0],
             velocity=turned[1],
             acceleration=turned[2],
@@ -78,7 +88,7 @@ def shifted(evaluation: Evaluation, shift: Vec3, rotation: float = 0.0) -> Evalu
     if shift == ZERO:
         return evaluation
     x, y, z = evaluation.position
-    return replace(evaluation, position=(x + shift[0], y + shift[1], z + shift[2]))
+    return evaluation._replace(position=(x + shift[0], y + shift[1], z + shift[2]))
 
 
 def _turn(v: Vec3, angle: float) -> Vec3:
@@ -92,13 +102,17 @@ class PlannedPiece:
     def __init__(self, begin: np.float32, duration: np.float32, start: Float32, end: Float32) -> None:
         self._begin, self._duration = begin, duration
         self._polynomial = Polynomial(rest_to(duration, start, end))
+        self.version = 0
 
-    def evaluate(self, t: np.float32) -> Evaluation:
-        """The goal at ``t``."""
-        elapsed = t - self._begin
-        if elapsed <= self._duration:
-            return self._polynomial.evaluate(elapsed)
+    @cached_property
+    def _after(self) -> Evaluation:
         return at_rest(self._polynomial.evaluate(self._duration))
+
+    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
+        """Goals at the first of the times ``t``."""
+        elapsed = t - self._begin
+        inside = leading(elapsed <= self._duration)
+        return self._polynomial.evaluate_all(elapsed[:inside]) if inside else (self._after,) * len(t)
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether the piece has ended."""
@@ -127,7 +141,12 @@ class PolynomialTrajectory:
         self._memory, self._offset, self._count = memory, offset, pieces
         self._begin, self._timescale, self._reverse = begin, timescale, reverse
         self._shift, self._rotation = ZERO, 0.0
-        self._version: object = None
+        self._decoded: object = None
+
+    @property
+    def version(self) -> int:
+        """That of the memory."""
+        return self._memory.version
 
     def start_at(self, position: Vec3, yaw: float | None) -> None:
         """Move the trajectory so that it begins at ``position``; with a yaw also turn it to begin with that.
@@ -142,16 +161,22 @@ class PolynomialTrajectory:
         self._shift = (x, y, z)
 
     def evaluate(self, t: np.float32) -> Evaluation:
-        """The goal at ``t``; at a joint the earlier piece (in flying order) answers."""
+        """The goal at ``t``."""
+        return self.evaluate_all(np.array([t], np.float32))[0]
+
+    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
+        """Goals at the first of the times ``t``; at a joint the earlier piece (in flying order) answers."""
         self._refresh()
         remaining = t - self._begin
         for polynomial, duration in self._pieces:
-            if remaining <= duration:
+            inside = leading(remaining <= duration)
+            if inside:
+                at = remaining[:inside]
                 if self._reverse:
-                    return shifted(polynomial.evaluate(duration - remaining, -1), self._shift)
-                return shifted(polynomial.evaluate(remaining), self._shift, self._rotation)
-            remaining -= duration
-        return self._after
+                    return [shifted(goal, self._shift) for goal in polynomial.evaluate_all(duration - at, -1)]
+                return [shifted(goal, self._shift, self._rotation) for goal in polynomial.evaluate_all(at)]
+            remaining = remaining - duration
+        return (self._after,) * len(t)
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether all pieces have been flown."""
@@ -161,9 +186,9 @@ class PolynomialTrajectory:
     def _refresh(self) -> None:
         """Decode the pieces again if somebody wrote to the memory or the trajectory moved."""
         key = (self._memory.version, self._shift, self._rotation)
-        if key == self._version:
+        if key == self._decoded:
             return
-        self._version = key
+        self._decoded = key
         count = max(self._count, 1)
         raw = self._memory.read(self._offset, count * PIECE_BYTES)
         table = np.frombuffer(raw, dtype="<f4").astype(np.float32).reshape(count, 33)
