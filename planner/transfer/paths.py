@@ -33,10 +33,10 @@ def find_path(
         robot: who flies.
         begin: (3,) from where [m].
         goal: (3,) where to [m].
-        others: robots that hover in the way.
-        where: (N, 3) where they hover [m].
+        others: (K,) robots that hover in the way; one may be at several places.
+        where: (K, 3) where they hover [m].
     """
-    places = np.zeros((len(scene.names), 3)) if where is None else where
+    places = np.zeros((0, 3)) if where is None else where
     points = _points(scene, robot, begin, goal, others, places)
 
     def clear(k: int, to: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -87,12 +87,12 @@ def _points(scene: Scene, robot: int, begin: Array, goal: Array, others: Sequenc
     """(K, 3) points a way may turn at: beginning, goal, and corners at all heights that matter, inside the fence."""
     aside = [begin[None, :2], goal[None, :2], *(prism.corners for prism in scene.prisms[robot])]
     heights = {float(begin[2]), float(goal[2]), *(z for prism in scene.prisms[robot] for z in prism.heights)}
-    for k in others:
+    for k, place in zip(others, places, strict=True):
         keep = scene.least[robot, k]
-        aside.append(places[k, :2] + _around((keep + ROOM / 10.0) / math.cos(math.pi / _SIDES)))
+        aside.append(place[:2] + _around((keep + ROOM / 10.0) / math.cos(math.pi / _SIDES)))
         if scene.scale[2] > 0.0:
             reach = (keep + ROOM / 10.0) / scene.scale[2]
-            heights |= {float(places[k, 2] + reach), float(places[k, 2] - reach)}
+            heights |= {float(place[2] + reach), float(place[2] - reach)}
     corners = np.concatenate(aside)
     grid = [np.column_stack([corners, np.full(len(corners), z)]) for z in sorted(heights)]
     points = np.concatenate(grid)
@@ -105,8 +105,8 @@ def _free(scene: Scene, robot: int, points: Array, others: Sequence[int], places
     free = np.ones(len(points), dtype=np.bool_)
     for prism in scene.prisms[robot]:
         free &= (points @ prism.normals.T >= prism.offsets).any(axis=1)
-    for k in others:
-        free &= np.linalg.norm((points - places[k]) * scene.scale, axis=1) >= scene.least[robot, k]
+    for k, place in zip(others, places, strict=True):
+        free &= np.linalg.norm((points - place) * scene.scale, axis=1) >= scene.least[robot, k]
     return free
 
 

@@ -2,7 +2,7 @@
 
 Everybody rises at once to the height of his start, over his pad; flies to his start; searches; flies back over his pad
 if the mission says so; and everybody lands at once. Rising and landing together needs no order, for pads are apart; the
-moves between are made in :mod:`planner.transfer.waves`.
+moves between are straight and shared where that is safe, else delayed, else in waves.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
 from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.transfer.delays import Way, delays
 from planner.transfer.errors import TransferError
 from planner.transfer.scene import survey
-from planner.transfer.waves import waves
+from planner.transfer.waves import together, waves, ways_around, ways_past_all
 from planner.transfers import Move, Passage, Transfers
 
 PEAK_SPEED, PEAK_ACCELERATION = 2.1875, 7.5132  # of a rest-to-rest move: × d/T and × d/T² (protocol notes B1)
@@ -75,30 +76,57 @@ def plan_moves(mission: Mission, begin: Array, goal: Array, *, hurried: bool = F
     """
     goal = np.where(np.linalg.norm(goal - begin, axis=1)[:, None] < _NEAR, begin, goal)
     scene = survey(mission, begin, goal, hurried=hurried)
-    return _timed(mission, begin, waves(scene, begin, goal))
+    if np.array_equal(begin, goal):
+        return {}
+    if together(scene, begin, goal):
+        return _in_waves(mission, begin, [goal])
+    around = ways_around(scene, begin, goal)
+    for routes in (around, ways_past_all(scene, begin, goal, around)):
+        ways = [_at_own_pace(mission, k, np.stack([begin[k], *route])) for k, route in enumerate(routes)]
+        leaves = delays(scene, ways)
+        if leaves is not None:
+            break
+    if leaves is None:
+        return _in_waves(mission, begin, waves(scene, begin, goal, around))
+    return {
+        robot.name: tuple(
+            Move(_vec3(point), round(leave + start, 3), lasting)
+            for point, start, lasting in zip(way.points[1:], way.begins.tolist(), way.durations.tolist(), strict=True)
+        )
+        for robot, way, leave in zip(mission.robots, ways, leaves, strict=True)
+        if len(way.begins)
+    }
 
 
-def _timed(mission: Mission, begin: Array, flown: Sequence[Array]) -> Passage:
+def _at_own_pace(mission: Mission, robot: int, points: Array) -> Way:
+    steps = np.diff(points, axis=0)
+    durations = np.array([_duration(mission, step[None], [robot]) for step in steps])
+    return Way(
+        points, np.concatenate([[0.0], np.cumsum(durations + PAUSE)[:-1]]) if len(steps) else durations, durations
+    )
+
+
+def _in_waves(mission: Mission, begin: Array, flown: Sequence[Array]) -> Passage:
     """Waves one after another, each as fast as the mission allows the one who flies farthest."""
     moves: dict[str, list[Move]] = {robot.name: [] for robot in mission.robots}
     clock, here = 0.0, begin
     for there in flown:
         moving = np.flatnonzero((there != here).any(axis=1))
-        lasting = _duration(mission, there - here)
+        lasting = _duration(mission, there - here, range(len(here)))
         for k in moving.tolist():
             moves[mission.robots[k].name].append(Move(_vec3(there[k]), clock, lasting))
         clock, here = clock + lasting + PAUSE, there
     return {name: tuple(items) for name, items in moves.items() if items}
 
 
-def _duration(mission: Mission, way: Array) -> float:
+def _duration(mission: Mission, way: Array, robots: Sequence[int]) -> float:
     """Whole milliseconds [s] that straight moves (N, 3) [m] need to keep mean speed, peak speed, acceleration."""
     distance = np.linalg.norm(way, axis=1)
     needed = [
         SHORTEST,
         *(distance / mission.flight.transfer_speed),
-        *(PEAK_SPEED * distance / fleet.speeds(mission)),
-        *np.sqrt(PEAK_ACCELERATION * np.abs(way).max(axis=1) / fleet.accelerations(mission)),
+        *(PEAK_SPEED * distance / fleet.speeds(mission)[list(robots)]),
+        *np.sqrt(PEAK_ACCELERATION * np.abs(way).max(axis=1) / fleet.accelerations(mission)[list(robots)]),
     ]
     return math.ceil(1000.0 * float(max(needed))) / 1000.0
 

@@ -56,11 +56,11 @@ class Scene:
         return blocked, label
 
     def near(self, robot: int, begin: Array, ends: Array, others: Sequence[int], where: Array) -> NDArray[np.bool_]:
-        """(M,) which straight moves come too close to others (K,) that hover at (N, 3) [m]."""
+        """(M,) which straight moves come too close to others (K,) that hover at (K, 3) [m]."""
         if not others:
             return np.zeros(len(ends), dtype=np.bool_)
         kept = list(others)
-        apart = closest((begin - where[kept])[:, None] * self.scale, (ends - where[kept][:, None]) * self.scale)
+        apart = closest((begin - where)[:, None] * self.scale, (ends - where[:, None]) * self.scale)
         return np.asarray((apart < self.least[robot, kept][:, None]).any(axis=0))
 
     def clash(self, begin: Array, end: Array, target: Array, robot: int) -> bool:

@@ -22,32 +22,67 @@ from planner.transfer.scene import Scene, closest
 
 _GRID = 0.2  # [m] between places looked at by who makes room
 _MOST_TRIED = 3  # of the places where he would be in nobody's way
+_BESIDE = 1.0  # [m] from a way: farther places are not looked at when it is bent
 _ENOUGH = 2  # orders that work out, of which the fastest is flown
 _MOST_WAVES = 6  # for each robot; more means that robots chase each other around
 
 
-def waves(scene: Scene, begin: Array, goal: Array) -> list[Array]:
+def together(scene: Scene, begin: Array, goal: Array) -> bool:
+    """Whether everybody may fly straight from (N, 3) to (N, 3) [m] at once, sharing the progress."""
+    direct = (not scene.blocked_by(k, begin[k], goal[k : k + 1])[0][0] for k in range(len(begin)))
+    return all(direct) and not any(scene.clash(begin, goal, goal[k], k) for k in range(len(begin)))
+
+
+def ways_around(scene: Scene, begin: Array, goal: Array) -> list[list[Array]]:
+    """Points (3,) to fly through to the goal, by robot, as if all others were elsewhere; none for who is there.
+
+    Raises:
+        TransferError: something is in a robot's way and there is no way around it.
+    """
+    return [_way_around_things(scene, k, begin[k], goal[k]) for k in range(len(begin))]
+
+
+def ways_past_all(scene: Scene, begin: Array, goal: Array, around: Sequence[Sequence[Array]]) -> list[list[Array]]:
+    """As :func:`ways_around`, but past where others begin and end as well, for those who find such a way."""
+    ways = [list(way) for way in around]
+    for k, way in enumerate(ways):
+        others = [j for j in range(len(begin)) if j != k]
+        where = np.concatenate([begin[others], goal[others]])
+        twice = others + others
+        route = [begin[k], *way]
+        if not any(scene.near(k, a, b[None], twice, where)[0] for a, b in itertools.pairwise(route)):
+            continue
+        away = np.min([closest(a - where, b - where) for a, b in itertools.pairwise(route)], axis=0)
+        past = [n for n in np.flatnonzero(away < _BESIDE) if _avoidable(scene, k, twice[n], where[n], begin, goal)]
+        found = find_path(scene, k, begin[k], goal[k], [twice[n] for n in past], where[past])
+        ways[k] = list(found) if found is not None else way
+    return ways
+
+
+def _avoidable(scene: Scene, robot: int, other: int, place: Array, begin: Array, goal: Array) -> bool:
+    """Whether another robot's place is not so close to a robot's own beginning or goal that it has to be passed."""
+    own = np.stack([begin[robot], goal[robot]])
+    return bool((np.linalg.norm((own - place) * scene.scale, axis=1) >= scene.least[robot, other]).all())
+
+
+def waves(scene: Scene, begin: Array, goal: Array, ways: Sequence[Sequence[Array]]) -> list[Array]:
     """Where everybody hovers after each wave.
 
     Args:
         scene: the surroundings.
         begin: (N, 3) where everybody hovers [m].
         goal: (N, 3) where everybody goes [m].
+        ways: as :func:`ways_around` has them.
 
     Returns:
-        (N, 3) points [m], one array a wave, the last one equal to ``goal``; none if everybody is there.
+        (N, 3) points [m], one array a wave, the last one equal to ``goal``.
 
     Raises:
         TransferError: no safe way was found; names the robot and what is in its way.
     """
-    if np.array_equal(begin, goal):
-        return []
-    direct = [not scene.blocked_by(k, begin[k], goal[k : k + 1])[0][0] for k in range(len(begin))]
-    if all(direct) and not any(scene.clash(begin, goal, goal[k], k) for k in range(len(begin))):
-        return [goal]
-    ways = [_way_around_things(scene, k, begin[k], goal[k]) for k in range(len(begin))]
     farthest = sorted(range(len(begin)), key=lambda k: -length([begin[k], *ways[k]]))
-    found, failures = [], []
+    found: list[list[Array]] = []
+    failures: list[TransferError] = []
     for order in (farthest, farthest[::-1], range(len(begin))):
         if len(found) == _ENOUGH:
             break
@@ -140,7 +175,7 @@ class _Crossing:
             if not self._ways[k]:
                 continue
             others = [j for j in range(len(self._goal)) if j != k]
-            way = find_path(self._scene, k, self._here[k], self._goal[k], others, self._here)
+            way = find_path(self._scene, k, self._here[k], self._goal[k], others, self._here[others])
             if way is not None:
                 self._ways[k] = list(way)
                 return [k]
@@ -154,7 +189,7 @@ class _Crossing:
                 continue
             places = self._places(k)
             free = ~self._scene.blocked_by(k, self._here[k], places)[0]
-            free &= ~self._scene.near(k, self._here[k], places, others, self._here)
+            free &= ~self._scene.near(k, self._here[k], places, others, self._here[others])
             for j in others:
                 free &= ~self._comes_by(j, self._left(j), k, places)
             for place in places[free][:_MOST_TRIED]:
@@ -188,7 +223,7 @@ class _Crossing:
         k = next(k for k in self._order if self._ways[k])
         others = [j for j in range(len(self._goal)) if j != k]
         begin, end = self._here[k], self._ways[k][0]
-        near = [j for j in others if self._scene.near(k, begin, end[None], [j], self._here)[0]]
+        near = [j for j in others if self._scene.near(k, begin, end[None], [j], self._here[[j]])[0]]
         who = ", ".join(self._scene.names[j] for j in near) or "somebody"
         return (
             f"{self._scene.names[k]}: {who} hovers in the way from {_show(begin)} to {_show(self._goal[k])} and nobody "
