@@ -48,7 +48,7 @@ def test_poly4d_is_evaluated_as_by_the_firmware(case):
 
 @pytest.mark.parametrize("case", COMPRESSED, ids=lambda c: c["name"])
 def test_compressed_is_evaluated_as_by_the_firmware(case):
-    tolerances = {"pos": 1e-4, "yaw": 1e-4, "vel": 1e-3, "acc": 2e-3, "jerk": 2e-3}
+    tolerances = {"pos": 1e-5, "yaw": 1e-4, "vel": 1e-3, "acc": 2e-3, "jerk": 2e-3}
     trajectory = CompressedTrajectory(memory_with(case["image_hex"]), 0, np.float32(0.0))
     for samples in (case["samples"], case["rewind"]):
         for i, t in enumerate(samples["t"]):

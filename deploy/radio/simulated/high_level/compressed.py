@@ -13,28 +13,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deploy.radio.simulated.high_level.evaluation import Evaluation, Float32, Polynomial, stretch_time
+from deploy.radio.simulated.high_level.evaluation import Evaluation, Float32, Polynomial
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory, at_rest, leading, shifted
 from deploy.radio.simulated.interface import ZERO, Vec3
+from planner.trajectory.single import coefficients
 
 _START = struct.Struct("<hhhh")
 _HEAD = struct.Struct("<BH")
 _POINTS = (0, 1, 3, 7)  # control points after the first, by type
-_UNITS = np.array([1e-3, 1e-3, 1e-3, math.pi / 1800.0], np.float32)  # mm and tenths of a degree
-
-
-def _bernstein_to_monomial(degree: int) -> Float32:
-    """(degree+1, degree+1) matrix from Bézier control points to coefficients of u in 0..1."""
-    return np.array(
-        [
-            [(-1) ** (i + j) * math.comb(degree, j) * math.comb(j, i) if i <= j else 0 for i in range(degree + 1)]
-            for j in range(degree + 1)
-        ],
-        np.float32,
-    )
-
-
-_MATRICES = {degree: _bernstein_to_monomial(degree) for degree in _POINTS}
+_UNITS = np.array([1e3, 1e3, 1e3, 1800.0 / math.pi], np.float32)  # steps per metre and radian
 
 
 class CompressedTrajectory:
@@ -89,31 +76,36 @@ class CompressedTrajectory:
             return
         self._decoded = self._memory.version
         raw = self._memory.read(self._offset, self._memory.size + 64)
-        point: Float32 = np.array(_START.unpack_from(raw), np.float32) * _UNITS
-        cursor, begin = _START.size, np.float32(0.0)
+        start, curves, milliseconds = _parse(raw, self._memory.size)
         self._segments: list[tuple[np.float32, Polynomial]] = []
-        end = Evaluation((float(point[0]), float(point[1]), float(point[2])), yaw=float(point[3]))
-        while cursor < self._memory.size:
-            types, milliseconds = _HEAD.unpack_from(raw, cursor)
-            if milliseconds == 0:
-                break
-            duration = np.float32(milliseconds / 1000.0)
-            coefficients, cursor = _decode(raw, cursor + _HEAD.size, types, point)
-            polynomial = Polynomial(stretch_time(coefficients, duration))
-            self._segments.append((begin, polynomial))
-            end = polynomial.evaluate(duration)
-            point = np.array([*end.position, end.yaw], np.float32)
-            begin += duration
+        begin = np.float32(0.0)
+        x, y, z, yaw = (np.array(start, np.float32) / _UNITS).tolist()
+        end = Evaluation((x, y, z), yaw=yaw)
+        decoded = coefficients(start, curves, np.array(milliseconds)).astype(np.float32)
+        for segment, duration in zip(decoded, milliseconds, strict=True):
+            self._segments.append((begin, Polynomial(segment)))
+            begin += np.float32(duration / 1000.0)
+        if self._segments:
+            end = self._segments[-1][1].evaluate(np.float32(milliseconds[-1] / 1000.0))
         self._total = begin
         self._after = at_rest(end)
 
 
-def _decode(raw: bytes, cursor: int, types: int, first: Float32) -> tuple[Float32, int]:
-    """Coefficients (4, 8) over u in 0..1 of the segment whose control points start at ``cursor``, and its end."""
-    coefficients = np.zeros((4, 8), np.float32)
-    for axis in range(4):
-        degree = _POINTS[types >> (2 * axis) & 3]
-        points = np.frombuffer(raw, "<i2", degree, cursor).astype(np.float32) * _UNITS[axis]
-        cursor += 2 * degree
-        coefficients[axis, : degree + 1] = _MATRICES[degree] @ np.concatenate([first[axis : axis + 1], points])
-    return coefficients, cursor
+def _parse(raw: bytes, size: int) -> tuple[list[int], list[list[list[int]]], list[int]]:
+    """Start, control points after the first by segment and axis, durations [ms]; all integers as they travel."""
+    cursor = _START.size
+    curves: list[list[list[int]]] = []
+    durations: list[int] = []
+    while cursor < size:
+        types, milliseconds = _HEAD.unpack_from(raw, cursor)
+        if milliseconds == 0:
+            break
+        cursor += _HEAD.size
+        axes: list[list[int]] = []
+        for axis in range(4):
+            count = _POINTS[types >> (2 * axis) & 3]
+            axes.append(np.frombuffer(raw, "<i2", count, cursor).tolist())
+            cursor += 2 * count
+        curves.append(axes)
+        durations.append(milliseconds)
+    return list(_START.unpack_from(raw)), curves, durations
