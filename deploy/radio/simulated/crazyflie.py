@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, MutableMapping
 from deploy.radio.simulated.commander import Commander, Priority
 from deploy.radio.simulated.high_level.commander import HighLevelCommander
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
-from deploy.radio.simulated.interface import Orders, Setpoint, SetpointMode, Telemetry
+from deploy.radio.simulated.interface import Orders, PoseMeasurement, Setpoint, SetpointMode, Telemetry
 from deploy.radio.simulated.parameters import Parameters
 from deploy.radio.simulated.ports import (
     FirmwareAssertion,
@@ -30,7 +30,7 @@ from deploy.radio.simulated.variables import Snapshot, live_variables
 BOOT_TIME = 1.15  # [s] from reset to the first packet (recorded firmware: 1.34 s to "ready to fly")
 _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (CONFIG_RADIO_ACTIVITY_TIMEOUT_MS)
 _LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
-_GROUNDED = Orders()
+_GROUNDED, _OFF = Orders(), Setpoint()
 
 Receiver = Callable[[int, int, bytes], None]
 
@@ -101,6 +101,12 @@ class SimulatedCrazyflie:
                 handle(header & 0x03, data)
             except FirmwareAssertion:
                 self._reboot()
+
+    def sense(self, measurement: PoseMeasurement) -> None:
+        """A positioning deck on board has measured the pose; the estimator takes it in at the next tick."""
+        with self._lock:
+            if self.is_alive:
+                self._localization.add(measurement)
 
     def tick(self, t: float, telemetry: Telemetry) -> Orders:
         """Run the 100 Hz work at world time ``t`` [s]."""
@@ -213,7 +219,7 @@ class SimulatedCrazyflie:
         wanted = self._commander.setpoint
         # Not-a-number in a setpoint makes a real drone's motor commands garbage; here its motors stop.
         if not self._supervisor.can_fly or not wanted.is_finite():
-            return Setpoint()
+            return _OFF
         if self._supervisor.state is not State.LEVEL_OUT or wanted.mode is SetpointMode.OFF:
             return wanted
         # The firmware levels the attitude and keeps z; the nearest modes of the interface also brake sideways motion.

@@ -46,6 +46,10 @@ class LocalizationPort:
                 robot, x, y, z = _PACKED_POSITION.unpack_from(data, offset)
                 self._packed(robot, (x, y, z), None)
 
+    def add(self, measurement: PoseMeasurement) -> None:
+        """A measurement that did not come by radio."""
+        self._pending.append(measurement)
+
     def take(self) -> tuple[PoseMeasurement, ...]:
         """Measurements since the last call, oldest first."""
         if not self._pending:
