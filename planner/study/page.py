@@ -97,7 +97,8 @@ def section(study: Study, rows: Sequence[Row]) -> str:
     if not rows:
         return "\n".join([*lines, "Not run yet.", ""])
     axes = [axis for axis in study.sweep if len(study.sweep[axis]) > 1]
-    lines += [f"Ours (n = {len(rows)} of {len(study.runs())} runs, `missions/studies/{study.name}.yaml`):", ""]
+    earlier = "" if rows[0].get("version") else "; with an earlier state of the solver"
+    lines += [f"Ours (n = {len(rows)} of {len(study.runs())} runs, `missions/studies/{study.name}.yaml`{earlier}):", ""]
     ended = "ended by the criterion" if study.stage == "reference" else "feasible"
     heads = [*(axis.rpartition(".")[2] for axis in axes), ended, *SPREAD.values(), *PLAIN.values(), "all met"]
     lines += ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
