@@ -18,33 +18,39 @@ from cflib.crtp.crtpstack import CRTPPacket
 from cflib.crtp.exceptions import WrongUriType
 
 from deploy.errors import LinkError
+from deploy.radio.simulated.air.line import Line
+from deploy.radio.simulated.air.model import rate_limit_of
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
 
 SCHEME = "sim"
 _RSSI = 40.0  # [-dBm], what a radio across a room reports
+_ECHO, _CFLIBS = 0xF0, b"\0"  # header (port 15, channel 0; reserved bits apart) and first byte of cflib's own pings
 
 StatisticsCallback = Callable[[dict[str, float]], None]
 ErrorCallback = Callable[[str], None]
 
 
 class Traffic:
-    """Packets that clients have been sent and not yet digested, over all drivers of a swarm."""
+    """Packets that clients have been sent and not yet digested, over all drivers of a swarm.
+
+    Attributes:
+        lock: keeps the counts, also those of the drivers.
+    """
 
     def __init__(self) -> None:
+        self.lock = threading.Lock()
         self._pending = 0
-        self._calm = threading.Condition()
+        self._calm = threading.Condition(self.lock)
 
     def add(self) -> None:
-        """A packet was queued for a client."""
-        with self._calm:
-            self._pending += 1
+        """A packet was queued for a client. The caller holds the lock."""
+        self._pending += 1
 
-    def done(self, count: int = 1) -> None:
-        """Packets were digested: their callbacks have returned, or nobody will ever call them."""
-        with self._calm:
-            self._pending -= count
-            if self._pending == 0:
-                self._calm.notify_all()
+    def done(self, count: int) -> None:
+        """Packets were digested: their callbacks returned, or nobody will ever call them. The caller holds the lock."""
+        self._pending -= count
+        if self._pending == 0:
+            self._calm.notify_all()
 
     def settle(self, timeout: float) -> bool:
         """Wait until everything is digested; False after ``timeout`` seconds of wall time."""
@@ -67,6 +73,9 @@ class Network(Protocol):
     def open(self, name: str, driver: SimulatedDriver) -> Traffic:
         """A client has connected to a drone; LinkError if somebody else is."""
 
+    def line(self, name: str) -> Line | None:
+        """A drone's link over a modelled radio; None over an ideal one."""
+
     def closed(self, name: str) -> None:
         """That client has gone."""
 
@@ -76,16 +85,19 @@ _networks_lock = threading.Lock()
 
 
 class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
-    """cflib's link to one simulated drone: ``sim://<swarm>/<robot>``."""
+    """cflib's link to one simulated drone: ``sim://<swarm>/<robot>``, like a radio's with ``?rate_limit=N`` after it.
+
+    Over a modelled radio (:mod:`deploy.radio.simulated.air`) a packet is under way for a while, over an ideal one its
+    answers are queued when ``send_packet`` returns.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self.needs_resending = False
         self.uri = ""
         self._inbox: queue.SimpleQueue[CRTPPacket | None] = queue.SimpleQueue()
-        self._counting = threading.Lock()
-        self._outstanding = 0
-        self._digesting = False
+        self._outstanding = 0  # queued, not digested
+        self._taken = 0  # handed to cflib and not yet counted as digested
         self._closed = True
         self._sent = self._received = 0
         self._reported = (0.0, 0, 0)
@@ -111,41 +123,64 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
         self._statistics, self._on_error = radio_link_statistics_callback, link_error_callback
         self._traffic = network.open(name, self)
         self._network, self._name, self._drone = network, name, drone
+        self._line = network.line(name)
         self._closed = False
-        drone.attach(self._deliver)
+        if self._line is None:
+            drone.attach(self._deliver)
+        else:
+            self._line.open(self._deliver, self.lose, rate_limit_of(parts.query))
+            drone.attach(self._line.answer)
 
     def send_packet(self, pk: CRTPPacket) -> None:
-        """Hand the packet to the drone; its answers are queued when this returns."""
-        if not self._closed:
-            self._sent += 1
+        """Give the packet to the radio. Called by cflib's threads and the client's."""
+        if self._closed:
+            return
+        self._sent += 1
+        if self._line is None:
             self._drone.receive(pk.header, bytes(pk.data))
+        elif pk.header & 0xF3 == _ECHO and pk.data[:1] == _CFLIBS:
+            # cflib pings by wall time: on the modelled air that would make one flight differ from the next.
+            if self._line.reachable:
+                self._deliver(_ECHO >> 4, 0, bytes(pk.data))
+        else:
+            self._line.send(pk.header, bytes(pk.data))
 
     def receive_packet(self, wait: float = 0) -> CRTPPacket | None:
         """The next packet, or None after ``wait`` seconds (0: at once, below 0: never)."""
-        if self._digesting:  # cflib has returned from the callbacks of the packet before
-            self._digesting = False
+        if self._taken and self._inbox.empty():  # cflib has returned from the callbacks of all packets before
             self._digested()
         try:
             packet = self._inbox.get(block=wait != 0, timeout=wait if wait > 0 else None)
         except queue.Empty:
             return None
-        self._digesting = packet is not None
+        if packet is not None:
+            self._taken += 1
         return packet
 
     def close(self) -> None:
         """Hang up; may be called again. The None wakes cflib's receiver, which would sleep on for a second."""
-        with self._counting:
+        if self._closed:
+            return
+        with self._traffic.lock:
             if self._closed:
                 return
             self._closed = True
             dropped, self._outstanding = self._outstanding, 0
             self._traffic.done(dropped)
+        if self._line is not None:
+            self._line.close()
         self._drone.attach(None)
         self._network.closed(self._name)
         self._inbox.put(None)
 
-    def report_statistics(self, t: float) -> None:
-        """Tell cflib about the link as the radio driver does, ten times a second (of simulated time ``t`` [s])."""
+    def report_statistics(self, t: float, quality: float = 100.0, rssi: float = _RSSI) -> None:
+        """Tell cflib about the link as the radio driver does, ten times a second (of simulated time).
+
+        Args:
+            t: simulated time [s].
+            quality: share of attempts that succeed [%].
+            rssi: signal strength [-dBm].
+        """
         before, sent, received = self._reported
         if t - before < 0.1 - 1e-9:
             return
@@ -154,8 +189,8 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
             up, down = ((now - then) / (t - before) for now, then in ((self._sent, sent), (self._received, received)))
             self._statistics(
                 {
-                    "link_quality": 100.0,
-                    "uplink_rssi": _RSSI,
+                    "link_quality": quality,
+                    "uplink_rssi": rssi,
                     "uplink_rate": up,
                     "downlink_rate": down,
                     "uplink_congestion": 0.0,
@@ -182,10 +217,8 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
             return [[uri, ""] for network in _networks.values() for uri in network.uris().values()]
 
     def _deliver(self, port: int, channel: int, data: bytes) -> None:
-        packet = CRTPPacket()
-        packet.set_header(port, channel)
-        packet.data = data
-        with self._counting:
+        packet = CRTPPacket(port << 4 | channel, data)
+        with self._traffic.lock:
             if self._closed:
                 return
             self._outstanding += 1
@@ -194,11 +227,12 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
             self._inbox.put(packet)
 
     def _digested(self) -> None:
-        with self._counting:
+        taken, self._taken = self._taken, 0
+        with self._traffic.lock:
             if self._closed:
-                return  # close() has already written this packet off
-            self._outstanding -= 1
-            self._traffic.done()
+                return  # close() has already written these packets off
+            self._outstanding -= taken
+            self._traffic.done(taken)
 
 
 def register() -> None:

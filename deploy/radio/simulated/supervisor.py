@@ -7,8 +7,8 @@ The state machine is the table ``_TRANSITIONS``: in each state the first rule wh
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 PERIOD = 0.04  # [s] between steps
 _FLYING_MEMORY = 2.0  # [s] a drone still counts as flying after its motors idled
@@ -33,8 +33,7 @@ class State(Enum):
     CRASHED = "Crashed"
 
 
-@dataclass(frozen=True, slots=True)
-class Conditions:
+class Conditions(NamedTuple):
     """What the state machine looks at."""
 
     armed: bool = False
@@ -102,8 +101,7 @@ _MOTORS_ALLOWED = frozenset({State.READY, State.FLYING, State.LEVEL_OUT, State.L
 _STAYS_ARMED = _MOTORS_ALLOWED | {State.ARMING}
 
 
-@dataclass(frozen=True, slots=True)
-class Inputs:
+class Inputs(NamedTuple):
     """One step's view of the rest of the firmware. Times in [s] since boot.
 
     Attributes:
@@ -222,14 +220,13 @@ class Supervisor:
             self.armed = self._auto_arm and state is State.CHECKS_PASSED
 
     def _bits(self) -> int:
-        flags = (
-            self.state is State.CHECKS_PASSED,
-            self.armed,
-            self._auto_arm,
-            self.can_fly,
-            self.is_flying,
-            self._tumbled,
-            self.state is State.LOCKED,
-            self._crashed,
+        return (
+            (self.state is State.CHECKS_PASSED)
+            | self.armed << 1
+            | self._auto_arm << 2
+            | self.can_fly << 3
+            | self.is_flying << 4
+            | self._tumbled << 5
+            | (self.state is State.LOCKED) << 6
+            | self._crashed << 7
         )
-        return sum(1 << bit for bit, flag in enumerate(flags) if flag)

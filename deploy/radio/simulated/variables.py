@@ -79,9 +79,15 @@ def _estimate(s: Snapshot) -> dict[str, Getter]:
 
 
 def _attitude(s: Snapshot) -> dict[str, Getter]:
+    of, angles = Telemetry(), (0.0, 0.0, 0.0)
+
     def degrees() -> tuple[float, ...]:
-        roll, pitch, yaw = euler(s.telemetry.quaternion)
-        return (math.degrees(roll), -math.degrees(pitch), math.degrees(yaw))
+        nonlocal of, angles
+        if s.telemetry is not of:  # three variables of a block ask one after another
+            of = s.telemetry
+            roll, pitch, yaw = euler(of.quaternion)
+            angles = (math.degrees(roll), -math.degrees(pitch), math.degrees(yaw))
+        return angles
 
     getters: dict[str, Getter] = {}
     for group in ("stateEstimate", "stabilizer", "controller"):

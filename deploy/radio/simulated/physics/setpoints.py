@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from deploy.radio.simulated.interface import Setpoint, SetpointMode
@@ -27,30 +29,39 @@ class SetpointTable:
         self.mode = np.zeros(n, dtype=np.int64)
         self._block = np.zeros((n, 16))
         self.ahead = np.zeros((n, 9))
+        self._fed_forward = np.zeros((n, 9), dtype=np.bool_)
         self._held: list[Setpoint] = [Setpoint()] * n
         self.position, self.velocity = self._block[:, 0:3], self._block[:, 3:6]
         self.acceleration, self.omega = self._block[:, 6:9], self._block[:, 9:12]
         self.attitude, self.yaw, self.thrust = self._block[:, 12:14], self._block[:, 14], self._block[:, 15]
         self._classify()
 
-    def put(self, index: int, setpoint: Setpoint) -> None:
-        """Take one drone's setpoint; nothing to do when it is the record of the last tick."""
-        if setpoint is self._held[index]:
+    def take(self, setpoints: Sequence[Setpoint]) -> None:
+        """Take the setpoints of all drones; those that are the records of the last tick cost nothing."""
+        held = self._held
+        changed = [i for i, setpoint in enumerate(setpoints) if setpoint is not held[i]]
+        if not changed:
             return
-        before, self._held[index] = self._held[index], setpoint
-        s = setpoint
-        self._block[index] = (*s.position, *s.velocity, *s.acceleration, *s.omega, *s.attitude, s.yaw, s.thrust)
-        if s.mode is not before.mode:
-            self.mode[index] = _CODE[s.mode]
-            self._classify()
-        if s.mode is SetpointMode.FULL:
-            self.ahead[index] = self._block[index, 3:12]
+        rows = [_row(setpoints[i]) for i in changed]
+        if len(changed) == len(held):
+            self._block[:] = rows
         else:
-            self.ahead[index] = 0.0
-            self.ahead[index, 8] = s.omega[2] if s.mode is SetpointMode.ATTITUDE else 0.0
+            self._block[changed] = rows
+        if any(setpoints[i].mode is not held[i].mode for i in changed):
+            self.mode[:] = [_CODE[setpoint.mode] for setpoint in setpoints]
+            self._classify()
+        self._held = list(setpoints)
+        np.copyto(self.ahead, 0.0)
+        np.copyto(self.ahead, self._block[:, 3:12], where=self._fed_forward)
 
     def _classify(self) -> None:
         mode = self.mode
         self.by_position = (mode == FULL) | (mode == POSITION)
         self.manual, self.active = mode == ATTITUDE, mode != OFF
+        self._fed_forward[:] = (mode == FULL)[:, None]
+        self._fed_forward[:, 8] |= self.manual
         self.all_by_position, self.any_manual = bool(self.by_position.all()), bool(self.manual.any())
+
+
+def _row(s: Setpoint) -> tuple[float, ...]:
+    return (*s.position, *s.velocity, *s.acceleration, *s.omega, *s.attitude, s.yaw, s.thrust)

@@ -30,6 +30,7 @@ from missions.arrays import Array, frozen
 STEP = 0.002  # [s] physics and attitude control
 STEPS_PER_TICK = 5
 TICK = STEP * STEPS_PER_TICK
+_BATTERY_STEPS = 5 * STEPS_PER_TICK  # voltages move slowly: rotors spin up within 50 ms, and the firmware averages
 _NEAR_GROUND = 0.2  # [m] above it nothing reaches the floor within a tick (that takes 20 m/s)
 
 
@@ -83,7 +84,7 @@ class World:
         self._inputs = np.zeros((n, 3, 3))
         self._near_ground = True
         self._firmwares: tuple[Firmware, ...] = ()
-        self._orders: list[Orders | None] = [None] * n
+        self._orders: Sequence[Orders] = [Orders()] * n
         self._observers: list[tuple[Callable[[float], None], int]] = []
         for i in range(n):
             self._reset_estimator(i, ((0.0, 0.0, 0.0), 0.0))
@@ -182,8 +183,9 @@ class World:
         state = estimators.estimates(bodies)
         if self._firmwares and self._obey(self._ask(readings, state)):
             state = estimators.estimates(bodies)
-        self.batteries.draw(self.rotors.thrust, TICK)
-        self.rotors.limit(self.batteries.available_thrust())
+        if self._steps % _BATTERY_STEPS == 0:
+            self.batteries.draw(self.rotors.thrust, _BATTERY_STEPS * STEP)
+            self.rotors.limit(self.batteries.available_thrust())
         bodies.refresh(self._wakes())
         self._near_ground = bool(np.minimum.reduce(bodies.position[:, 2]) < _NEAR_GROUND)
         for i in estimators.lost(state):
@@ -255,17 +257,17 @@ class World:
     def _obey(self, orders: Sequence[Orders]) -> bool:
         """Carry out what the firmwares ordered; whether anybody's estimate jumped."""
         autopilots = self.autopilots
+        autopilots.setpoints.take([order.setpoint for order in orders])
         rounds, reset = 0, False
-        for i, order in enumerate(orders):
+        for i, (order, before) in enumerate(zip(orders, self._orders, strict=True)):
             rounds = max(rounds, len(order.measurements))
-            if order is not self._orders[i]:
-                self._orders[i] = order
-                autopilots.setpoints.put(i, order.setpoint)
+            if order.motors_allowed is not before.motors_allowed or order.controller != before.controller:
                 autopilots.allowed[i] = order.motors_allowed
                 autopilots.choose(i, order.controller)
             if order.reset_estimator:
                 self._reset_estimator(i, order.initial_pose)
                 reset = True
+        self._orders = orders
         for k in range(rounds):  # oldest first, one of each drone at a time
             now = [(i, order.measurements[k]) for i, order in enumerate(orders) if k < len(order.measurements)]
             self.estimators.correct(now, self.bodies.position, self.bodies.quaternion)

@@ -9,13 +9,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from deploy.radio.simulated.ports import Send
-from deploy.radio.simulated.toc import LOG_STRUCTS, Toc
+from deploy.radio.simulated.toc import LOG_FORMATS, LOG_STRUCTS, Toc
 
 PORT = 5
 _TOC, _CONTROL, _DATA = 0, 1, 2
 _MOST_BYTES, _MOST_BLOCKS, _MOST_VARIABLES = 26, 16, 128
 _OPERATION = struct.Struct("<BH")
+_HEAD = struct.Struct("<I")  # number, then 24 bits of ms
 _FLOAT, _HALF = 7, 8
+_EMPTY = struct.Struct("")
+_FLOATS = (_FLOAT, _HALF)
 
 Getter = Callable[[], float]
 
@@ -25,6 +28,7 @@ class _Block:
     """A log block; ``due`` and ``period`` in ms since boot, period 0 when it does not run."""
 
     operations: list[tuple[int, Getter]] = field(default_factory=list)
+    layout: struct.Struct = _EMPTY
     size: int = 0
     period: int = 0
     due: int = 0
@@ -116,6 +120,7 @@ class LogPort:
                 return errno.ENOENT
             block.operations.append((kind, self._getters.get(self._toc.entries[index].full_name, _zero)))
             block.size += size
+            block.layout = struct.Struct("<" + "".join(LOG_FORMATS.get(kind, "") for kind, _ in block.operations))
             used += 1
         return 0
 
@@ -140,12 +145,20 @@ class LogPort:
         return 0 if number in self._blocks else errno.ENOENT
 
     def _emit(self, number: int, block: _Block, now: int) -> None:
-        head = bytes([number]) + (now & 0xFFFFFF).to_bytes(3, "little")
-        self._send(PORT, _DATA, head + b"".join(encode(kind, getter()) for kind, getter in block.operations))
+        head = _HEAD.pack((now & 0xFFFFFF) << 8 | number)
+        self._send(PORT, _DATA, head + _pack_all(block))
 
 
 def _zero() -> float:
     return 0.0
+
+
+def _pack_all(block: _Block) -> bytes:
+    """All values of a block; at once if none has to be cast as C would."""
+    try:
+        return block.layout.pack(*[g() if kind in _FLOATS else int(g()) for kind, g in block.operations])
+    except (struct.error, OverflowError, ValueError):
+        return b"".join(encode(kind, getter()) for kind, getter in block.operations)
 
 
 def encode(kind: int, value: float) -> bytes:
