@@ -1,4 +1,4 @@
-"""The disk side of the flight log: one thread that owns the MCAP writer, fed by a bounded queue.
+"""The disk side of the flight log: one thread that owns the MCAP writer, fed through a bounded queue.
 
 ``mcap.writer.Writer`` is not thread-safe, and a disk may stall: nobody but this thread touches either. Chunks are cut
 by the records' own time (every 0.25 s of flight) and at every event, never by wall time: the same records give the
@@ -8,10 +8,9 @@ same bytes, and ``kill -9`` costs at most the last quarter of a second.
 from __future__ import annotations
 
 import os
-import queue
 import shutil
 import threading
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -57,7 +56,9 @@ class Recorder:
         self._path, self._part = path, path.with_name(path.name + ".part")
         self._wait = wait
         self._wake = threading.Event()
-        self._queue: queue.Queue[Item | None] = queue.Queue(CAPACITY)
+        self._room = threading.Event()
+        # A deque and not a queue.Queue: appending takes no lock, and this is done a thousand times a second.
+        self._items: deque[Item | None] = deque()
         self._dropped: Counter[str] = Counter()
         self._dropped_lock = threading.Lock()
         self._reported = 0
@@ -80,18 +81,16 @@ class Recorder:
     def put(self, item: Item) -> None:
         """Hand over an item; returns at once unless asked to wait."""
         while not (self._closed or self.failure):
-            if self._queue.full():
-                self._wake.set()
-            try:
-                # With a timeout: a writer that failed meanwhile will never make room.
-                self._queue.put(item, block=self._wait, timeout=PATIENCE)
-            except queue.Full:
-                if self._wait:
-                    continue
+            if len(self._items) < CAPACITY:
+                self._items.append(item)
+                if item.topic == "/events":
+                    self._wake.set()
+                return
+            self._room.clear()
+            self._wake.set()
+            if not self._wait:
                 break
-            if item.topic == "/events":
-                self._wake.set()
-            return
+            self._room.wait(PATIENCE)  # with a timeout: a writer that failed meanwhile will never make room
         self._drop(item)
 
     @property
@@ -109,13 +108,9 @@ class Recorder:
         if self._closed:
             return
         self._closed = True
-        while self._thread.is_alive():
-            try:
-                self._queue.put(None, timeout=PATIENCE)
-            except queue.Full:
-                continue
-            self._wake.set()
-            self._thread.join()
+        self._items.append(None)
+        self._wake.set()
+        self._thread.join()
         try:
             if not self.failure:
                 self._finish()
@@ -166,8 +161,9 @@ class Recorder:
         """The next record. A thread that slept on the queue would be woken, and interrupt the flight, by every one."""
         while True:
             try:
-                return self._queue.get_nowait()
-            except queue.Empty:
+                return self._items.popleft()
+            except IndexError:
+                self._room.set()
                 self._wake.wait(NAP)
                 self._wake.clear()
 

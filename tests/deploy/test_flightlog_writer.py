@@ -32,7 +32,7 @@ for i in range(100000):
         log.event(10.0, "phase", "now", phase="on_mission")
         log.write("/mocap", 10.0, {"rate": 100.0})
         # Nothing but the event's own flush brings the first ten seconds to the disk.
-        while b"ergoflie.Event" not in open(sys.argv[1] + ".part", "rb").read() and log._recorder._queue.qsize():
+        while b"ergoflie.Event" not in open(sys.argv[1] + ".part", "rb").read() and log._recorder._items:
             pass
         print("ready", flush=True)
         sys.stdin.read()
