@@ -30,6 +30,7 @@ from deploy.radio.simulated.variables import Snapshot, live_variables
 BOOT_TIME = 1.15  # [s] from reset to the first packet (recorded firmware: 1.34 s to "ready to fly")
 _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (CONFIG_RADIO_ACTIVITY_TIMEOUT_MS)
 _LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
+_STEERING = frozenset({"posCtlPid", "velCtlPid", "pid_attitude", "pid_rate", "ctrlMel", "kalman"})  # groups
 _GROUNDED, _OFF = Orders(), Setpoint()
 
 Receiver = Callable[[int, int, bytes], None]
@@ -147,6 +148,7 @@ class SimulatedCrazyflie:
         self._log = log.LogPort(self._send, log_toc(self._hardware), getters, self._milliseconds)
         self._obeyed = -1  # version of the parameters that the orders' fields below were made of
         self._controller, self._initial_pose = _GROUNDED.controller, _GROUNDED.initial_pose
+        self._tuning = _GROUNDED.tuning
         self._next_supervision = 0.0
         self._battery_good = 0.0
         self._ports = self._port_table()
@@ -239,5 +241,9 @@ class SimulatedCrazyflie:
                 self._param.notify("kalman.resetEstimation")
             x, y, z, yaw = (parameters[f"kalman.initial{axis}"] for axis in ("X", "Y", "Z", "Yaw"))
             self._controller, self._initial_pose = int(parameters["stabilizer.controller"]), ((x, y, z), yaw)
+            tuning = parameters.changed(_STEERING)
+            if tuning != self._tuning:
+                self._tuning = tuning
             self._obeyed = parameters.version
-        return Orders(allowed, can_fly, self._controller, self._localization.take(), reset, self._initial_pose)
+        measurements = self._localization.take()
+        return Orders(allowed, can_fly, self._controller, measurements, reset, self._initial_pose, self._tuning)

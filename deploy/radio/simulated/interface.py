@@ -8,7 +8,9 @@ quaternions x, y, z, w (body to world).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from enum import Enum
+from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 Vec3 = tuple[float, float, float]
@@ -71,6 +73,8 @@ class Orders(NamedTuple):
     measurements: tuple[PoseMeasurement, ...] = ()  # since the last tick, oldest first
     reset_estimator: bool = False  # kalman.resetEstimation was set since the last tick
     initial_pose: tuple[Vec3, float] = (ZERO, 0.0)  # kalman.initialX/Y/Z, initialYaw: used by a reset
+    # Parameters of controllers and estimator that are not the defaults, by name; the same object until one changes.
+    tuning: Mapping[str, float] = MappingProxyType({})
 
 
 class Telemetry(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
+from collections.abc import Collection, MutableMapping
 
 from deploy.radio.simulated.toc import EXTENDED, PARAM_STRUCTS, READ_ONLY, Toc
 
@@ -41,6 +41,14 @@ class Parameters:
     def get(self, name: str, default: float) -> float:
         """The present value, or ``default`` in builds without that parameter."""
         return self._values.get(name, default)
+
+    def changed(self, groups: Collection[str]) -> dict[str, float]:
+        """The values of these groups that are not the defaults, by full name."""
+        return {
+            entry.full_name: self._values[entry.full_name]
+            for entry, raw in zip(self.toc.entries, self._raw, strict=True)
+            if raw != entry.default and entry.group in groups
+        }
 
     def set(self, name: str, value: float) -> None:
         """The firmware's own change of a value."""

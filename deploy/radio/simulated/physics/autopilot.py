@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -51,6 +51,11 @@ class Autopilots:
             self._by_mellinger[index] = mellinger
             self._some_mellinger = bool(self._by_mellinger.any())
             self._some_pid = not self._by_mellinger.all()
+
+    def tune(self, index: int, changed: Mapping[str, float]) -> None:
+        """Take the parameters of one drone's controllers that differ from its airframe's defaults, by name."""
+        self._mellinger.tune(index, changed)
+        self._pid.tune(index, changed)
 
     def aim(self, state: Estimates, dt: float) -> None:
         """Once a control tick of dt: the slow loops, from what the drones believe."""

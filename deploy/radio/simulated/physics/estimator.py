@@ -16,8 +16,7 @@ reduced to nine states: position, attitude, velocity (world frame).
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,17 +25,20 @@ from deploy.radio.simulated.interface import PoseMeasurement, Vec3
 from deploy.radio.simulated.physics import algebra
 from deploy.radio.simulated.physics.algebra import Index
 from deploy.radio.simulated.physics.rigid_body import RigidBodies
+from deploy.radio.simulated.physics.tuning import Tuning
 from missions.arrays import Array, frozen
 
-# kalman.pNAcc_xy, pNAcc_z, mNGyro_*. Added every millisecond (estimator_kalman.c: "every loop, rather than every
-# prediction") as the squares of ½ a dt², a dt and ω dt, so the sum over a tick is smaller than one step of it would be.
-_ACCELERATION_NOISE = frozen([0.5, 0.5, 1.0])  # [m/s²]
+# Noise of process and gyro, kalman.*, with the firmware's defaults [m/s², m/s, m, rad, rad/s], and how far [m] and how
+# fast [m/s] an estimate may be before the filter starts again. Noise is added every millisecond (estimator_kalman.c:
+# "every loop, rather than every prediction"), so the sum over a tick is smaller than one step of it would be.
+_DEFAULTS = {
+    "pNAcc_xy": 0.5, "pNAcc_z": 1.0, "pNVel": 0.0, "pNPos": 0.0, "pNAtt": 0.0,
+    "mNGyro_rollpitch": 0.1, "mNGyro_yaw": 0.1, "maxPos": 100.0, "maxVel": 10.0,
+}  # fmt: skip
 _LOOP = 0.001  # [s]
-_GYRO_NOISE = frozen([0.1, 0.1, 0.1])  # [rad/s]
 # kalman_core.c: stdDevInitialPosition_*, stdDevInitialVelocity, stdDevInitialAttitude_*.
 _INITIAL_DEVIATION = frozen([100.0, 100.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
 _LEAST, _MOST = 1e-6, 100.0**2  # MIN_COVARIANCE, MAX_COVARIANCE
-_FARTHEST, _FASTEST = 100.0, 10.0  # kalman.maxPos, kalman.maxVel: beyond, the firmware starts its filter again
 _NOBODY = np.zeros(0, dtype=np.intp)
 _UNMEASURED = 1e6  # standard deviation that makes an attitude measurement have no effect
 
@@ -74,6 +76,14 @@ class Estimators:
         self._diagonal = self.covariance.reshape(n, 81)[:, ::10]
         self._transition = np.tile(np.eye(9), (n, 1, 1))
         self._dt = 0.0
+        self._parameters = {name: np.full(n, value) for name, value in _DEFAULTS.items()}
+        self._tuning = Tuning({"kalman." + name: column for name, column in self._parameters.items()})
+        self._tuned()
+
+    def tune(self, index: int, changed: Mapping[str, float]) -> None:
+        """Take one drone's parameters kalman.* that differ from the defaults."""
+        if self._tuning.put(index, changed):
+            self._tuned()
 
     @property
     def variances(self) -> Array:
@@ -121,7 +131,7 @@ class Estimators:
             f[:, [0, 1, 2], [6, 7, 8]] = dt
         f[:, 6:9, 3:6] = algebra.skew(-dt * felt)
         np.matmul(np.matmul(f, self.covariance), f.transpose(0, 2, 1), out=self.covariance)
-        self._diagonal += _process_noise(dt)
+        self._diagonal += self._noise * (dt / _LOOP)
 
     def correct(self, measured: Sequence[tuple[int, PoseMeasurement]], position: Array, quaternion: Array) -> None:
         """Take at most one pose per drone: (drone, measurement) pairs; position and quaternion are the truth (N, ·)."""
@@ -148,9 +158,25 @@ class Estimators:
     def lost(self, state: Estimates) -> Index:
         """Indices of filters that left the allowed range; the firmware would reset them."""
         far, fast = np.abs(state.position), np.abs(state.velocity)
-        if np.maximum.reduce(far, None) <= _FARTHEST and np.maximum.reduce(fast, None) <= _FASTEST:
+        limits = self._parameters["maxPos"], self._parameters["maxVel"]
+        if np.maximum.reduce(far, None) <= np.minimum.reduce(limits[0]) and np.maximum.reduce(
+            fast, None
+        ) <= np.minimum.reduce(limits[1]):
             return _NOBODY
-        return np.flatnonzero((far > _FARTHEST).any(axis=1) | (fast > _FASTEST).any(axis=1))
+        return np.flatnonzero((far > limits[0][:, None]).any(axis=1) | (fast > limits[1][:, None]).any(axis=1))
+
+    def _tuned(self) -> None:
+        """What a loop of the firmware adds to the covariance (kalman_core.c, addProcessNoiseDt)."""
+        p, dt = self._parameters, _LOOP
+        acceleration = np.stack([p["pNAcc_xy"], p["pNAcc_xy"], p["pNAcc_z"]], axis=1)
+        gyro = np.stack([p["mNGyro_rollpitch"], p["mNGyro_rollpitch"], p["mNGyro_yaw"]], axis=1)
+        position, velocity, attitude = (p[name][:, None] for name in ("pNPos", "pNVel", "pNAtt"))
+        deviations = (
+            acceleration * dt * dt + velocity * dt + position,
+            gyro * dt + attitude,
+            acceleration * dt + velocity,
+        )
+        self._noise = np.concatenate(deviations, axis=1) ** 2
 
     def _update(self, index: Index | slice, innovation: Array, noise: Array) -> None:
         """Kalman update of some drones: innovations (K, 6) of position and attitude, noise variances (K, 6)."""
@@ -177,10 +203,3 @@ class Estimators:
         np.multiply(rotation, 0.5, out=half[:, :3])
         self.rotation_error = algebra.normalised(algebra.multiply(half, self.rotation_error))
         self.matrix = algebra.rotation_matrices(self.rotation_error)
-
-
-@functools.cache
-def _process_noise(dt: float) -> Array:
-    loop = _LOOP
-    one = np.concatenate([0.5 * loop * loop * _ACCELERATION_NOISE, loop * _GYRO_NOISE, loop * _ACCELERATION_NOISE]) ** 2
-    return one * (dt / loop)

@@ -9,7 +9,7 @@ poses change; the attitude loop, which is what is fast, runs at every step.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,17 +17,19 @@ from deploy.radio.simulated.physics import algebra
 from deploy.radio.simulated.physics.algebra import GRAVITY, Index
 from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.setpoints import SetpointTable
+from deploy.radio.simulated.physics.tuning import Tuning
 from missions.airframes import Airframe
 from missions.arrays import Array, frozen
 
-_KP = frozen([0.4, 0.4, 1.25])  # position [N/m]
-_KD = frozen([0.2, 0.2, 0.4])  # velocity [N s/m]
-_KI = frozen([0.05, 0.05, 0.05])  # [N/(m s)]; ki_z as the recorded firmware reports it
-_I_RANGE = frozen([2.0, 2.0, 0.4])  # [m s]
-_KR = (70000.0, 70000.0, 60000.0)  # attitude [counts], of an error that is twice the angle
-_KW = (20000.0, 20000.0, 12000.0)  # rates [counts s/rad]
-_KD_OMEGA = 200.0  # roll and pitch acceleration [counts s²/rad]
-_KI_YAW, _I_RANGE_YAW = 500.0, 1500.0
+# Gains by parameter, ctrlMel.*: position [N/m], velocity [N s/m], integral [N/(m s)] and its range [m s]; ki_z as the
+# recorded firmware reports it. Then counts of attitude (of an error that is twice the angle), counts s/rad of rates,
+# counts s²/rad of roll and pitch acceleration, and the attitude's integral.
+_DEFAULTS = {
+    "kp_xy": 0.4, "kp_z": 1.25, "kd_xy": 0.2, "kd_z": 0.4,
+    "ki_xy": 0.05, "ki_z": 0.05, "i_range_xy": 2.0, "i_range_z": 0.4,
+    "kR_xy": 70000.0, "kR_z": 60000.0, "kw_xy": 20000.0, "kw_z": 12000.0, "kd_omega_rp": 200.0,
+    "ki_m_xy": 0.0, "ki_m_z": 500.0, "i_range_m_xy": 1.0, "i_range_m_z": 1500.0,
+}  # fmt: skip
 _MOMENT_MAX = 32000.0
 # massThrust 132000 counts/N is for motors of 0.12 N, 3.3 % less than ideal: 8 mm of sag, seen in the recordings.
 # Stronger motors need proportionally less: what a user of another airframe has to set in ctrlMel.massThrust.
@@ -56,23 +58,42 @@ class Mellinger:
     def __init__(self, airframes: Sequence[Airframe], dt: float) -> None:
         n = len(airframes)
         self._dt = dt
-        self._mass = np.array([[a.mass] for a in airframes])
-        self._weight = self._mass[:, 0] * GRAVITY
-        self._mass_thrust = np.array([_MASS_THRUST * _MASS_THRUST_MOTOR / a.motor_thrust_max for a in airframes])
+        self._parameters = {name: np.full(n, value) for name, value in _DEFAULTS.items()}
+        self._parameters["mass"] = np.array([a.mass for a in airframes])
+        self._parameters["massThrust"] = np.array(
+            [_MASS_THRUST * _MASS_THRUST_MOTOR / a.motor_thrust_max for a in airframes]
+        )
+        self._tuning = Tuning({"ctrlMel." + name: column for name, column in self._parameters.items()})
         self._integral = np.zeros((n, 3))
         self._attitude_error = np.zeros((n, 3, 9))
         self._omega = np.zeros((n, 3))
-        # Columns: attitude error, rate error, rate error before, yaw integral: one product gives the moments.
-        self._errors = np.zeros((n, 10))
+        # Columns: attitude error, rate error, rate error before, attitude's integral: one product gives the moments.
+        self._errors = np.zeros((n, 12))
         self._off_attitude, self._off_rates = self._errors[:, :3, None], self._errors[:, 3:6]
-        self._off_yaw = self._errors[:, 2]
-        self._off_rates_before, self._yaw_integral = self._errors[:, 6:9], self._errors[:, 9]
+        self._off_attitude_row = self._errors[:, :3]
+        self._off_rates_before, self._moment_integral = self._errors[:, 6:9], self._errors[:, 9:]
         self._moments = np.zeros((n, 3))
-        self._gains = np.zeros((10, 3))
-        self._gains[0:3] = np.diag(np.negative(_KR))
-        self._gains[3:6] = np.diag(_KW) + np.diag([_KD_OMEGA / dt, _KD_OMEGA / dt, 0.0])
-        self._gains[6:9] = -np.diag([_KD_OMEGA / dt, _KD_OMEGA / dt, 0.0])
-        self._gains[9, 2] = _KI_YAW
+        self._tuned()
+
+    def tune(self, index: int, changed: Mapping[str, float]) -> None:
+        """Take one drone's parameters ctrlMel.*."""
+        if self._tuning.put(index, changed):
+            self._tuned()
+
+    def _tuned(self) -> None:
+        """What follows from the parameters."""
+        p = self._parameters
+        names = ("kp", "kd", "ki", "i_range", "i_range_m", "kR", "kw", "ki_m")
+        self._kp, self._kd, self._ki, self._i_range, self._i_range_m, attitude, rate, integral = (
+            np.stack([p[name + "_xy"], p[name + "_xy"], p[name + "_z"]], axis=1) for name in names
+        )
+        self._mass, self._weight = p["mass"][:, None], p["mass"] * GRAVITY
+        jerk = p["kd_omega_rp"][:, None] * np.array([1.0, 1.0, 0.0]) / self._dt
+        gains = np.concatenate(
+            [g[:, :, None] * np.eye(3) for g in (-attitude, rate + jerk, -jerk, integral)], axis=1
+        )  # (N, 12, 3)
+        self._alike = bool((gains == gains[0]).all())  # then one product does for all
+        self._gains = gains[0] if self._alike else gains
 
     def aim(self, target: SetpointTable, state: Estimates, dt: float) -> Array:
         """Force loop: desired attitudes for :meth:`moments`; returns the thrust commands (N,) in counts.
@@ -85,9 +106,11 @@ class Mellinger:
         error = target.position - state.position
         integral = self._integral
         integral += error * dt
-        np.minimum(np.maximum(integral, -_I_RANGE, out=integral), _I_RANGE, out=integral)
+        np.minimum(np.maximum(integral, -self._i_range, out=integral), self._i_range, out=integral)
+        integral = self._moment_integral
+        np.minimum(np.maximum(integral, -self._i_range_m, out=integral), self._i_range_m, out=integral)
         # Only full setpoints feed velocity and acceleration forward; the table holds zeros for all others.
-        force = _KP * error + _KD * (target.ahead[:, 0:3] - state.velocity) + _KI * integral
+        force = self._kp * error + self._kd * (target.ahead[:, 0:3] - state.velocity) + self._ki * self._integral
         force += self._mass * target.ahead[:, 3:6]
         yaw = target.yaw
         if not target.all_by_position:
@@ -97,7 +120,7 @@ class Mellinger:
             yaw = np.where(target.by_position, yaw, algebra.heading(state.rotation) + manual_turn)
         force[:, 2] += self._weight
         desired = _attitude(algebra.normalised(force), yaw)
-        thrust: Array = self._mass_thrust * np.add.reduce(force * state.rotation[:, :, 2], 1)
+        thrust: Array = self._parameters["massThrust"] * np.add.reduce(force * state.rotation[:, :, 2], 1)
         if target.any_manual:
             manual = target.manual
             desired[manual] = _tilted(target.attitude[manual], yaw[manual])
@@ -121,8 +144,11 @@ class Mellinger:
         self._off_rates_before[:] = self._off_rates
         np.matmul(self._attitude_error, rotation.reshape(-1, 9, 1), out=self._off_attitude)
         np.subtract(self._omega, rates, out=self._off_rates)
-        self._yaw_integral -= self._dt * self._off_yaw
-        np.dot(self._errors, self._gains, out=moments)
+        self._moment_integral -= self._dt * self._off_attitude_row
+        if self._alike:
+            np.dot(self._errors, self._gains, out=moments)
+        else:
+            np.matmul(self._errors[:, None, :], self._gains, out=moments[:, None, :])
         np.maximum(moments, -_MOMENT_MAX, out=moments)
         np.minimum(moments, _MOMENT_MAX, out=moments)
         return moments
@@ -130,7 +156,7 @@ class Mellinger:
     def reset(self, index: Index) -> None:
         """Forget the integrals of some drones (motors off)."""
         self._integral[index] = 0.0
-        self._yaw_integral[index] = 0.0
+        self._moment_integral[index] = 0.0
 
 
 def _attitude(z_axis: Array, yaw: Array) -> Array:

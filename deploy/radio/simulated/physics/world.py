@@ -264,6 +264,9 @@ class World:
             if order.motors_allowed is not before.motors_allowed or order.controller != before.controller:
                 autopilots.allowed[i] = order.motors_allowed
                 autopilots.choose(i, order.controller)
+            if order.tuning is not before.tuning:
+                autopilots.tune(i, order.tuning)
+                self.estimators.tune(i, order.tuning)
             if order.reset_estimator:
                 self._reset_estimator(i, order.initial_pose)
                 reset = True
