@@ -38,7 +38,8 @@ class Problem:
             a mission asks for P only, and pairs that truly meet are what P is meant to bring about.
         control_weight: R. ergodic_weight: r_E.
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
-        coarse: the same problem with longer steps, to begin the search with; None if there is none.
+        coarse: the same problem with longer steps, looked at less closely, to begin the search with; None if there is
+            none.
     """
 
     dynamics: Dynamics
@@ -66,22 +67,25 @@ def build_problem(mission: Mission, margins: Margins | None = None, *, coarse: b
         coarse: whether to add the same problem on a coarse time grid.
     """
     margins = Margins() if margins is None else margins
-    dt = mission.horizon.dt
+    half = coarser(mission) if coarse else None
+    return _problem(mission, margins, coarse=None if half is None else _problem(half, margins, rough=True))
+
+
+def _problem(mission: Mission, margins: Margins, *, coarse: Problem | None = None, rough: bool = False) -> Problem:
     dynamics = mission_dynamics(mission)
     ends = fleet.ends(mission)
-    half = coarser(mission) if coarse else None
     policy = connections(mission, margins, dynamics)
     return Problem(
         dynamics=dynamics,
         metric=ergodic_metric(mission),
         constraints=(
-            *clearances(mission, margins),
+            *clearances(mission, margins, rough=rough),
             *control_bounds(mission, envelope(mission, margins)),
             *policy.required,
         ),
         preferences=policy.preferred,
-        dt=dt,
+        dt=mission.horizon.dt,
         control_weight=mission.solver.control_weight,
         ends=None if np.isnan(ends).all() else ends,
-        coarse=None if half is None else build_problem(half, margins, coarse=False),
+        coarse=coarse,
     )

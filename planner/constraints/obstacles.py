@@ -20,7 +20,6 @@ from planner.constraints.paths import (
     closest,
     place_at,
     push,
-    shares,
 )
 from planner.dynamics import Cotangent, Motion
 
@@ -57,7 +56,7 @@ class Obstacles:
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             n, o, k = acting(weights, at)
-            share = shares(at[n, o, k])
+            share = paths.shares(at[n, o, k])
             force = place_at(self._from_center(paths, n, o, k), share) * (-weights[n, o, k] / self.radius[n, o])
             push(cotangent.q_fine, paths.sample[:, k], share, n, force)
 
@@ -73,7 +72,8 @@ class Obstacles:
         """The robot, the obstacle, the step."""
         robot, obstacle, k = index
         x, y = self.center[obstacle]
-        return Place(f"{self.names[robot]}, obstacle at ({x:g}, {y:g})", k * self.dt)
+        span = self.dt if self.when is When.ALWAYS else 0.5 * self.dt
+        return Place(f"{self.names[robot]}, obstacle at ({x:g}, {y:g})", k * span)
 
     def stacked(self, swarms: int, robots: int) -> Obstacles:
         """The same for several swarms."""
@@ -84,8 +84,7 @@ class Obstacles:
         """Closest approaches (N, O, K) to the centres, capped at ``FAR`` radii."""
         center = self.center.T[:, None, :, None]
         if self.when is not When.ALWAYS:
-            away = paths.points[0][:2, :, None] - center
-            return Closest(np.einsum("dnok,dnok->nok", away, away), np.zeros(away.shape[1:]))
+            return closest(paths.points[:, :2, :, None] - center)
         low, high = (corner[:2, :, None] for corner in paths.boxes(1))
         reach = FAR * self.radius
         n, o, k = np.nonzero(box_gaps(low, high, center, center) < reach[..., None] ** 2)

@@ -39,11 +39,12 @@ class When(Enum):
 
 @dataclass(frozen=True)
 class Paths:
-    """All robots in K spans of time: steps, or single samples, which are spans in which nobody moves.
+    """All robots in K spans of time: steps, or single samples.
 
     Attributes:
-        points: (3, ν, N, K) start, middle and end [m]; time last, where NumPy is fast.
-        sample: (3, K) rows of q_fine that they are.
+        points: (3, ν, N, K) start, middle and end of steps [m], or (1, ν, N, K) samples; time last, where NumPy is
+            fast.
+        sample: (3, K) or (1, K) rows of q_fine that they are.
     """
 
     points: Array
@@ -57,7 +58,7 @@ class Paths:
             first = np.arange(0, x.shape[2] - 1, 2)
             return cls(np.stack([x[..., :-1:2], x[..., 1::2], x[..., 2::2]]), np.stack([first, first + 1, first + 2]))
         rows = np.arange(x.shape[2]) if when is When.SAMPLES else np.array([x.shape[2] - 1])
-        return cls(np.stack([x[..., rows]] * 3), np.stack([rows] * 3))
+        return cls(np.ascontiguousarray(x[..., rows])[None], rows[None])
 
     def scaled(self, scale: Array) -> Paths:
         """With every axis times its ``scale`` (ν,)."""
@@ -72,14 +73,20 @@ class Paths:
         return np.minimum.reduceat(low, edges, axis=2), np.maximum.reduceat(high, edges, axis=2)
 
     def at(self, robots: Indices, spans: Indices) -> Array:
-        """Start, middle and end (3, ν, ...) of some robots in some spans."""
-        _, nu, N, K = self.points.shape
-        chosen: Array = self.points.reshape(3, nu, N * K).take(robots * K + spans, axis=2)
+        """Points (3 or 1, ν, ...) of some robots in some spans."""
+        count, nu, N, K = self.points.shape
+        chosen: Array = self.points.reshape(count, nu, N * K).take(robots * K + spans, axis=2)
         return chosen
+
+    def shares(self, s: Array) -> Array:
+        """(3, ...) or (1, ...) weights of the points in positions at s."""
+        return shares(s) if len(self.points) == 3 else np.ones((1, *s.shape))
 
 
 def hull(points: Array) -> tuple[Array, Array]:
-    """Corners (ν, ...) of boxes around the control points of paths through three points (3, ν, ...): they hold them."""
+    """Corners (ν, ...) of boxes around the control points of paths through points (3 or 1, ν, ...): they hold them."""
+    if len(points) == 1:
+        return points[0], points[0]
     start, middle, end = points
     control = start + end
     control *= -0.5
@@ -116,8 +123,10 @@ def closest(points: Array, parts: int = SEARCHED) -> Closest:
 
     Never farther than at any end of ``parts`` equal parts of the span; from the nearest of them, the lowest point
     between its neighbours is found by Newton's method. Only a path that is about equally near twice within two parts
-    can be nearer than what is found.
+    can be nearer than what is found. Of single points (1, ν, ...) there is nothing to find.
     """
+    if len(points) == 1:
+        return Closest(np.einsum("d...,d...->...", points[0], points[0]), np.zeros(points.shape[2:]))
     r = points.reshape(3, points.shape[1], -1)
     a, b = 2.0 * (r[0] - 2.0 * r[1] + r[2]), 4.0 * r[1] - 3.0 * r[0] - r[2]
     # ½ d/ds |r|² = c_0 + c_1 s + c_2 s² + c_3 s³
@@ -173,10 +182,10 @@ def shares(s: Array) -> Array:
 
 
 def place_at(points: Array, share: Array) -> Array:
-    """Positions (ν, ...) from start, middle and end (3, ν, ...) and their shares (3, ...)."""
+    """Positions (ν, ...) from the points (3 or 1, ν, ...) of paths and their shares (3 or 1, ...)."""
     place: Array = points[0] * share[0]
-    place += points[1] * share[1]
-    place += points[2] * share[2]
+    for point, weight in zip(points[1:], share[1:], strict=True):
+        place += point * weight
     return place
 
 
@@ -185,8 +194,8 @@ def push(gradient: Array, samples: Indices, weights: Array, robots: Indices, for
 
     Args:
         gradient: (S, N, ν), changed in place; may be a view of some of the axes.
-        samples: (3, M) rows of start, middle and end.
-        weights: (3, M) of each.
+        samples: (3, M) rows of start, middle and end, or (1, M) of samples.
+        weights: (3, M) or (1, M) of each.
         robots: (M,) whom.
         force: (ν, M).
     """

@@ -25,11 +25,11 @@ from planner.constraints.paths import (
     near_origin,
     place_at,
     push,
-    shares,
 )
 from planner.dynamics import Cotangent, Motion
 
 FAR = 1.5  # limits of distance from which on it does not matter how far
+MANY_PAIRS = 150  # from which on it is worth looking at boxes of single samples first
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Separation:
         def pull(weights: Array, cotangent: Cotangent) -> None:
             p, k = acting(weights, at)  # few pairs are close at any time
             i, j = self.pairs[p, 0], self.pairs[p, 1]
-            share = shares(at[p, k])
+            share = paths.shares(at[p, k])
             force = place_at(paths.at(i, k) - paths.at(j, k), share)
             force *= weights[p, k] / self.distance[p]
             if self.scale is not None:
@@ -88,7 +88,8 @@ class Separation:
     def place(self, index: tuple[int, ...]) -> Place:
         """The pair, the step."""
         i, j = self.pairs[index[0]]
-        return Place(f"{self.names[i]}-{self.names[j]}", index[1] * self.dt if self.when is not When.END else None)
+        span = self.dt if self.when is When.ALWAYS else 0.5 * self.dt
+        return Place(f"{self.names[i]}-{self.names[j]}", index[1] * span if self.when is not When.END else None)
 
     def stacked(self, swarms: int, robots: int) -> Separation:
         """The same for several swarms."""
@@ -102,9 +103,8 @@ class Separation:
     def _closest(self, paths: Paths, parts: int = SEARCHED) -> Closest:
         """Closest approaches (P, K), capped at ``FAR`` limits."""
         i, j = self.pairs.T
-        if self.when is not When.ALWAYS:
-            apart = paths.points[0][:, i] - paths.points[0][:, j]
-            return Closest(np.einsum("dpk,dpk->pk", apart, apart), np.zeros(apart.shape[1:]))
+        if self.when is not When.ALWAYS and len(self.pairs) < MANY_PAIRS:
+            return closest(paths.points[:, :, i] - paths.points[:, :, j])
         low, high = paths.boxes(BLOCK)
         gaps = box_gaps(low[:, i], high[:, i], low[:, j], high[:, j])
         reach = FAR * self.distance

@@ -51,7 +51,7 @@ class Outside:
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             r, k = np.nonzero(weights)  # few robots are close at any time
-            robots, share = self.robots[r], shares(at[r, k])
+            robots, share = self.robots[r], paths.shares(at[r, k])
             outward = self.solid.distance(_in_space(place_at(paths.at(robots, k), share))).gradient
             force = -outward[: paths.points.shape[1]] * weights[r, k]
             push(cotangent.q_fine, paths.sample[:, k], share, robots, force)
