@@ -103,6 +103,11 @@ class VirtualClock:
         self._worlds.append((advance, settle))
 
     @property
+    def held(self) -> bool:
+        """Whether somebody's work keeps time still."""
+        return self._holds > 0
+
+    @property
     def stalls(self) -> int:
         """How often patience ran out: a rehearsal with stalls is not repeatable."""
         return self._stalls

@@ -16,6 +16,8 @@ from deploy.operator import Operator
 from deploy.planfile import plan_bytes
 from deploy.preflight import pad_of
 from deploy.radio.cache import toc_cache
+from deploy.radio.simulated.air.air import Air
+from deploy.radio.simulated.air.model import AirModel, stations
 from deploy.radio.simulated.physics.world import World
 from deploy.radio.simulated.swarm import SimulatedSwarm
 from missions.airframes import airframe
@@ -43,7 +45,13 @@ class Stage:
     """
 
     def __init__(
-        self, mission: Mission, *, seed: int = 0, speed: float | None = None, label: str = "rehearsal"
+        self,
+        mission: Mission,
+        *,
+        seed: int = 0,
+        speed: float | None = None,
+        label: str = "rehearsal",
+        air: AirModel | None = None,
     ) -> None:
         names = [robot.name for robot in mission.robots]
         pads = np.array([[*pad_of(mission, name), 0.0] for name in names])
@@ -53,7 +61,10 @@ class Stage:
         self._bodies = [robot.rigid_body or robot.name for robot in mission.robots]
         self.world.every(1.0 / _MOCAP_RATE, self._expose)
         arms_itself = "brushless" not in mission.flight.airframe
-        self.swarm = SimulatedSwarm(names, self.world, self.clock, label=label, auto_arm=arms_itself)
+        self.air = None
+        if air is not None:
+            self.air = Air(air, stations(mission), seed=seed, held=lambda: self.clock.held)
+        self.swarm = SimulatedSwarm(names, self.world, self.clock, label=label, auto_arm=arms_itself, air=self.air)
         # The loop reads telemetry right after a tick: by then the clients must have digested what that tick sent.
         self.clock.attach(lambda t: _digest(self.swarm), lambda timeout: True)
 

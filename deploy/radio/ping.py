@@ -9,12 +9,18 @@ from __future__ import annotations
 import math
 import struct
 from collections import deque
+from typing import Any
 
 from deploy.radio.requests import Reply, Request, Requests
 
 _PORT = 0x0F
 _OURS = 1
 _REMEMBERED = 20
+
+
+def is_foreign(packet: Any) -> bool:  # noqa: ANN401 - untyped library
+    """Whether a packet is a ping that is not ours, or the answer to one."""
+    return bool(packet.port == _PORT and packet.channel == 0 and packet.data[0:1] != bytes([_OURS]))
 
 
 class Pings:

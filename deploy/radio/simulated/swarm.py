@@ -10,6 +10,8 @@ from urllib.parse import quote
 
 from deploy.clock import VirtualClock
 from deploy.errors import LinkError
+from deploy.radio.simulated.air.air import Air
+from deploy.radio.simulated.air.line import LOST, Line
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
 from deploy.radio.simulated.driver import SCHEME, SimulatedDriver, Traffic, register, serve, withdraw
 from deploy.radio.simulated.interface import Firmware
@@ -38,6 +40,7 @@ class SimulatedSwarm:
         clock: carries the world along and waits for clients to digest; None when the caller drives the world itself.
         label: host part of the URIs.
         auto_arm: see :class:`SimulatedCrazyflie`.
+        air: the radio between them and their clients; None: an ideal one.
 
     Raises:
         LinkError: another swarm has that label.
@@ -51,6 +54,7 @@ class SimulatedSwarm:
         *,
         label: str = "swarm",
         auto_arm: bool = True,
+        air: Air | None = None,
     ) -> None:
         if len(set(names)) != len(names):
             raise ValueError(f"drone names must be distinct; got {list(names)}")
@@ -58,6 +62,9 @@ class SimulatedSwarm:
             name: SimulatedCrazyflie(name, address=(i + 1) & 0xFF, auto_arm=auto_arm) for i, name in enumerate(names)
         }
         self._label, self._world = label, world
+        self._air = air
+        if air is not None:
+            air.attach(self._drones)
         self._traffic = Traffic()
         self._clients: dict[str, SimulatedDriver] = {}
         self._lock = threading.Lock()
@@ -79,14 +86,19 @@ class SimulatedSwarm:
         return {name: f"{SCHEME}://{self._label}/{quote(name, safe='')}" for name in self._drones}
 
     def advance(self, t: float) -> None:
-        """Move the world to ``t`` [s]; then report to cflib what a radio driver would."""
+        """Move radio and world to ``t`` [s]; then report to cflib what a radio driver would."""
+        if self._air is not None:
+            self._air.advance(t)
         self._world.advance(t)
         with self._lock:
             clients = list(self._clients.items())
         for name, client in clients:
+            if self._air is not None:
+                client.report_statistics(t, self._air.lines[name].quality, self._air.rssi(name))
+                continue
             client.report_statistics(t)
             if self._has_gone_silent(name, t):
-                client.lose("Too many packets lost")
+                client.lose(LOST)
 
     def settle(self, timeout: float) -> bool:
         """Wait until all clients have digested what they were sent; False after ``timeout`` [s] of wall time."""
@@ -99,6 +111,17 @@ class SimulatedSwarm:
                 raise LinkError(f"{self.uris()[name]} already has a client; one connection a drone")
             self._clients[name] = driver
         return self._traffic
+
+    def line(self, name: str) -> Line | None:
+        """A drone's link over the modelled radio; None over an ideal one."""
+        return None if self._air is None else self._air.lines[name]
+
+    def hang_up(self, reason: str) -> None:
+        """All clients lose their links at once."""
+        with self._lock:
+            clients = list(self._clients.values())
+        for client in clients:
+            client.lose(reason)
 
     def closed(self, name: str) -> None:
         """A driver has hung up."""
