@@ -33,6 +33,7 @@ from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
 from missions.radio import Radio as Radio
+from missions.safety import Safety as Safety
 from missions.trajectory import FacingYaw as FacingYaw
 from missions.trajectory import FixedYaw as FixedYaw
 from missions.trajectory import PathYaw as PathYaw
@@ -248,6 +249,7 @@ class Mission:
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())
     solver: SolverSettings = field("how to search for a plan", default=SolverSettings())
     radio: Radio = field("what the radio carries, and how punctual it is", default=Radio())
+    safety: Safety = field("what happens when something goes wrong", default=Safety())
     source: MissionSource | None = dataclasses.field(
         default=None, repr=False, compare=False, metadata={"internal": True}
     )

@@ -58,8 +58,15 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     check_places(mission, frame, error)
     _check_parameters(mission, error)
     _check_radio(mission, error)
+    _check_safety(mission, error)
     check_connectivity(mission, error)
     _check_assignment(mission, error)
+
+
+def _check_safety(mission: Mission, error: ErrorAt) -> None:
+    fewest, count = mission.safety.min_robots, len(mission.robots)
+    if fewest is not None and fewest > count:
+        raise error(f"got {fewest}; allowed: at most {count}, as many robots as there are", "safety.min_robots")
 
 
 def _airframe(mission: Mission, error: ErrorAt) -> Airframe:
