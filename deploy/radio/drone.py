@@ -84,6 +84,7 @@ class Drone:
         self._sent = self._received = 0
         self._heard = -math.inf
         self._tick = 0
+        self._blocks: dict[str, Any] = {}
         self.estimate: telemetry.Estimate | None = None
         self.target: telemetry.Target | None = None
         self.status: telemetry.Status | None = None
@@ -148,6 +149,16 @@ class Drone:
         )
 
     @property
+    def heard(self) -> float:
+        """Flight time of the last packet [s]; -inf before the first."""
+        return self._heard
+
+    @property
+    def lost(self) -> str:
+        """Why the link is gone; empty while it is up."""
+        return self._lost
+
+    @property
     def protocol(self) -> int:
         """CRTP protocol version."""
         return int(self._crazyflie.platform.get_protocol_version())
@@ -207,7 +218,7 @@ class Drone:
         """
         period = min(2540, max(10, round(1000.0 / rate / 10.0) * 10))
         for name, variables in telemetry.BLOCKS.items():
-            block = self._log_block(name, variables, period)
+            self._blocks[name] = block = self._log_block(name, variables, period)
             waited = time.monotonic() + _LOG_DEADLINE
             started = threading.Event()
             block.started_cb.add_callback(lambda _, on, event=started: event.set() if on else None)
@@ -220,8 +231,18 @@ class Drone:
 
     # ------------------------------------------------------------------------------------------------ flight loop
 
+    def stop_telemetry(self, name: str) -> None:
+        """Spare the radio a log block that has served its purpose: a key of ``telemetry.BLOCKS``."""
+        self._blocks[name].stop()
+
+    def resume_telemetry(self, name: str) -> None:
+        """Have a stopped log block sent again."""
+        self._blocks[name].start()
+
     def poll(self) -> tuple[telemetry.Record, ...]:
         """Telemetry that arrived since the last call, oldest first; also updates the attributes."""
+        if not self._samples:
+            return ()
         records = []
         while self._samples:
             record = telemetry.to_record(self._samples.popleft())

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from deploy.radio.supervisor import Supervisor
 
@@ -30,8 +30,7 @@ BLOCKS: Mapping[str, tuple[tuple[str, str], ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(NamedTuple):
     """One log packet.
 
     Attributes:
@@ -47,12 +46,12 @@ class Sample:
 
     def vector(self, group: str, names: tuple[str, str, str]) -> Vec3:
         """Three of the values."""
-        a, b, c = (float(self.values[f"{group}.{name}"]) for name in names)
-        return a, b, c
+        a, b, c = names
+        values = self.values
+        return values[f"{group}.{a}"], values[f"{group}.{b}"], values[f"{group}.{c}"]
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(NamedTuple):
     """The drone's own estimate: position [m], velocity [m/s] (world), roll, pitch, yaw [rad]."""
 
     t: float
@@ -62,8 +61,7 @@ class Estimate:
     rpy: Vec3
 
 
-@dataclass(frozen=True)
-class Target:
+class Target(NamedTuple):
     """What the commander asks of the controller: position [m], velocity [m/s], yaw [rad]."""
 
     t: float
@@ -73,8 +71,7 @@ class Target:
     yaw: float
 
 
-@dataclass(frozen=True)
-class Status:
+class Status(NamedTuple):
     """Battery [V, 0..100 %, firmware power state] and supervisor."""
 
     t: float
@@ -90,8 +87,7 @@ class Status:
         return self.power_state >= 3
 
 
-@dataclass(frozen=True)
-class Variance:
+class Variance(NamedTuple):
     """Kalman filter variances: position [m²], velocity [m²/s²]."""
 
     t: float
@@ -105,8 +101,7 @@ Record = Estimate | Target | Status | Variance
 
 def unwrap(tick: int, previous: int) -> int:
     """Continue a 24-bit millisecond count past its wrap; samples of different blocks may be slightly out of order."""
-    base = previous - previous % TICK_WRAP
-    return min((base + k * TICK_WRAP + tick for k in (-1, 0, 1)), key=lambda value: abs(value - previous))
+    return previous + (tick - previous + TICK_WRAP // 2) % TICK_WRAP - TICK_WRAP // 2
 
 
 def to_record(sample: Sample) -> Record:
