@@ -88,6 +88,31 @@ def test_attitude_setpoints_lean_and_slide_the_right_way(controller, attitude, a
     assert abs(world.velocities[0, 1 - axis]) < 0.05
 
 
+@pytest.mark.parametrize("controller", [PID, MELLINGER])
+def test_height_setpoints_hold_z_and_only_pid_leans(controller):
+    setpoint = Setpoint(SetpointMode.HEIGHT, (0.0, 0.0, 1.2), attitude=(0.0, 0.1))
+    world, _ = fly(setpoint, 3.0, controller=controller)
+    assert world.positions[0, 2] == pytest.approx(1.2, abs=0.06)
+    if controller == PID:
+        assert world.velocities[0, 0] > 0.5
+    else:  # an unknown combination of modes for it: it levels out
+        assert abs(world.velocities[0, 0]) < 0.05
+
+
+def test_climb_setpoints_climb_at_that_rate_and_slide_where_they_lean():
+    setpoint = Setpoint(SetpointMode.CLIMB, velocity=(0.0, 0.0, 0.3), attitude=(0.1, 0.0))
+    world, _ = fly(setpoint, 3.0, controller=PID)
+    assert world.velocities[0, 2] == pytest.approx(0.3, abs=0.05)
+    assert world.velocities[0, 1] < -0.5
+
+
+def test_rate_setpoints_turn_at_those_rates():
+    rates = (0.5, -0.4, 0.3)
+    setpoint = Setpoint(SetpointMode.RATES, omega=rates, thrust=39000.0)
+    _, pilots = fly(setpoint, 0.6, controller=PID, start=((0.0, 0.0, 3.0),))
+    np.testing.assert_allclose(pilots[0].telemetry[-1].gyro, rates, atol=0.1)  # yaw by way of a moving angle
+
+
 def test_without_the_supervisors_word_or_with_mode_off_nothing_turns():
     for orders in (Orders(at(0.0, 0.0, 1.0), False, MELLINGER), Orders(Setpoint(), True, MELLINGER)):
         world, pilots = fly(lambda t, orders=orders: orders, 1.0, start=((0.0, 0.0, 0.0),))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deploy.radio.simulated.crazyflie import BOOT_TIME, SimulatedCrazyflie
-from deploy.radio.simulated.interface import SetpointMode, Telemetry
+from deploy.radio.simulated.interface import Setpoint, SetpointMode, Telemetry
 from deploy.radio.simulated.ports.log import encode
 from deploy.radio.simulated.quaternion import compress, decompress, euler, to_body
 from deploy.radio.simulated.toc import EXTENDED, READ_ONLY, log_toc, param_toc
@@ -113,17 +113,34 @@ def test_controller_choice_reaches_the_world(bench):
         assert bench.body.orders.controller == controller
 
 
-FULL_STATE = struct.pack("<9hI3h", *range(1000, 10000, 1000), compress((0.0, 0.0, 0.6, 0.8)), 0, 0, 250)
+FULL_STATE = struct.pack("<9hI3h", *range(1000, 10000, 1000), compress((0.0, 0.0, 0.6, 0.8)), 100, 200, 250)
+FOUR = struct.pack("<ffff", 1, 2, 3, 90)
+TURN = (0, 0, math.pi / 2)
 
 
 @pytest.mark.parametrize(
     ("kind", "payload", "mode", "field", "value"),
     [
-        (7, struct.pack("<ffff", 1, 2, 3, 90), SetpointMode.POSITION, "yaw", math.pi / 2),
-        (8, struct.pack("<ffff", 1, 2, 3, 90), SetpointMode.VELOCITY, "omega", (0, 0, math.pi / 2)),
-        (1, struct.pack("<ffff", 1, 2, 3, 90), SetpointMode.VELOCITY, "omega", (0, 0, -math.pi / 2)),
+        (7, FOUR, SetpointMode.POSITION, "yaw", math.pi / 2),
+        (8, FOUR, SetpointMode.VELOCITY, "omega", TURN),
+        (1, FOUR, SetpointMode.VELOCITY, "omega", (0, 0, -math.pi / 2)),
         (10, struct.pack("<ffff", 1, 2, 90, 3), SetpointMode.HOVER, "position", (0, 0, 3)),
+        (10, struct.pack("<ffff", 1, 2, 90, 3), SetpointMode.HOVER, "omega", TURN),
+        (5, struct.pack("<ffff", 1, 2, 90, 3), SetpointMode.HOVER, "omega", (0, 0, -math.pi / 2)),
+        (9, struct.pack("<ffff", 10, 20, 90, 3), SetpointMode.HEIGHT, "position", (0, 0, 3)),
+        (9, struct.pack("<ffff", 10, 20, 90, 3), SetpointMode.HEIGHT, "attitude", (math.pi / 18, -math.pi / 9)),
+        (9, struct.pack("<ffff", 10, 20, 90, 3), SetpointMode.HEIGHT, "omega", TURN),
+        (2, struct.pack("<ffff", 10, 20, 90, 3), SetpointMode.HEIGHT, "omega", (0, 0, -math.pi / 2)),
+        (4, struct.pack("<ffff", 10, 20, 90, 0.5), SetpointMode.CLIMB, "velocity", (0, 0, 0.5)),
+        (4, struct.pack("<ffff", 10, 20, 90, 0.5), SetpointMode.CLIMB, "omega", TURN),
+        (11, struct.pack("<fffH?", 10, 20, 90, 40000, False), SetpointMode.ATTITUDE, "thrust", 40000),
+        (11, struct.pack("<fffH?", 90, -90, 90, 40000, True), SetpointMode.RATES, "omega", (math.pi / 2,) * 3),
+        (3, struct.pack("<BHHHH", 0, 1250, 1750, 1500, 1600), SetpointMode.ATTITUDE, "attitude", (0.436, 0.436)),
+        (3, struct.pack("<BHHHH", 0, 1250, 1750, 1500, 1600), SetpointMode.ATTITUDE, "thrust", 39321),
+        (3, struct.pack("<BHHHHH", 1, 1750, 1500, 1250, 1600, 1000), SetpointMode.RATES, "omega", (-6.283, 0, 3.49)),
+        (3, struct.pack("<BHHHHH", 1, 1750, 1500, 1250, 900, 2000), SetpointMode.ATTITUDE, "thrust", 0),
         (6, FULL_STATE, SetpointMode.FULL, "acceleration", (7, 8, 9)),
+        (6, FULL_STATE, SetpointMode.FULL, "omega", (0.1, 0.2, 0.25)),
         (0, b"", SetpointMode.OFF, "thrust", 0),
     ],
 )
@@ -132,11 +149,69 @@ def test_setpoint_types(bench, kind, payload, mode, field, value):
     bench.advance(TICK)
     setpoint = bench.body.orders.setpoint
     assert setpoint.mode is mode
+    assert getattr(setpoint, field) == pytest.approx(value, abs=1e-2 if kind == 3 else 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("flight_modes", "mode", "field", "value"),
+    [
+        ({}, SetpointMode.ATTITUDE, "attitude", (math.pi / 6, -math.pi / 18)),
+        ({}, SetpointMode.ATTITUDE, "omega", (0, 0, -math.pi / 2)),
+        ({"yawMode": 1}, SetpointMode.ATTITUDE, "attitude", (0.2468, -0.4936)),  # (30 ∓ 10)°/√2
+        ({"althold": 1}, SetpointMode.CLIMB, "velocity", (0, 0, 0.5)),
+        ({"althold": 1}, SetpointMode.CLIMB, "attitude", (math.pi / 6, -math.pi / 18)),
+        ({"althold": 1, "poshold": 1}, SetpointMode.VELOCITY, "velocity", (1 / 3, 1, 0.5)),
+        ({"poshold": 1}, SetpointMode.ATTITUDE, "attitude", (0, 0)),
+        ({"posSet": 1}, SetpointMode.POSITION, "position", (-10, 30, 49.151)),
+        (
+            {"stabModeRoll": 0, "stabModePitch": 0},
+            SetpointMode.RATES,
+            "omega",
+            (math.pi / 6, -math.pi / 18, -math.pi / 2),
+        ),
+    ],
+)
+def test_flight_modes_say_what_the_four_numbers_on_port_3_mean(bench, flight_modes, mode, field, value):
+    index = param_toc(False).index
+    for name, setting in flight_modes.items():
+        bench.ask(2, 2, identified(index[f"flightmode.{name}"]) + bytes([setting]))
+    for thrust in (0, 49151):  # a zero one unlocks
+        bench.send(3, 0, struct.pack("<fffH", 30, 10, 90, thrust))
+    bench.advance(TICK)
+    setpoint = bench.body.orders.setpoint
+    assert setpoint.mode is mode
     assert getattr(setpoint, field) == pytest.approx(value, abs=1e-3)
 
 
-def test_a_setpoint_of_the_wrong_length_is_an_assertion(bench):
-    bench.send(7, 0, b"\x07" + bytes(15))
+def test_carefree_mode_is_an_assertion_of_the_firmware(bench):
+    bench.ask(2, 2, identified(param_toc(False).index["flightmode.yawMode"]) + b"\0")
+    bench.send(3, 0, bytes(14))
+    assert bench.drone.reboots == 1
+
+
+@pytest.mark.parametrize(
+    ("payload", "kept"),
+    [
+        (b"\x07" + struct.pack("<ffff", 1, 2, 0.5, 90), Setpoint(SetpointMode.HEIGHT, (0.0, 0.0, 0.5))),
+        (b"\x0a" + struct.pack("<ffff", 1, 2, 90, 0.5), Setpoint(SetpointMode.HEIGHT, (0.0, 0.0, 0.5))),
+        (b"\x08" + struct.pack("<ffff", 1, 2, 0.5, 90), Setpoint(SetpointMode.CLIMB, velocity=(0.0, 0.0, 0.5))),
+        (b"\x0b" + struct.pack("<fffH?", 9, 9, 9, 36000, False), Setpoint(SetpointMode.ATTITUDE, thrust=36000)),
+        (b"\x0b" + struct.pack("<fffH?", 9, 9, 9, 36000, True), Setpoint(SetpointMode.ATTITUDE, thrust=36000)),
+    ],
+)
+def test_half_a_second_without_a_setpoint_levels_the_drone_and_keeps_z(bench, payload, kept):
+    bench.send(7, 0, payload)
+    bench.advance(0.6)
+    assert bench.body.orders.setpoint == kept
+    bench.advance(2.0)
+    assert not bench.body.orders.motors_allowed
+
+
+@pytest.mark.parametrize(
+    "packet", [b"\x07" + bytes(15), b"\x0b" + bytes(16), b"\x03" + bytes(8), b"\x03\x02" + bytes(8)]
+)
+def test_a_setpoint_of_the_wrong_length_is_an_assertion(bench, packet):
+    bench.send(7, 0, packet)
     assert bench.drone.reboots == 1
     assert not bench.drone.is_alive
 

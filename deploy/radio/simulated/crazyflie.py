@@ -154,7 +154,7 @@ class SimulatedCrazyflie:
         self._ports = self._port_table()
 
     def _port_table(self) -> Mapping[int, Callable[[int, bytes], None]]:
-        setpoints = setpoint.SetpointPorts(self._commander, self._high_level, self._uptime)
+        setpoints = setpoint.SetpointPorts(self._commander, self._high_level, self._parameters, self._uptime)
         return {
             console.PORT: self._console.receive,
             param.PORT: self._param.receive,
@@ -176,6 +176,11 @@ class SimulatedCrazyflie:
             if not self._auto_arm and self._supervisor.state is State.CHECKS_PASSED:
                 break
         self._next_supervision = self._uptime()
+
+    def reboot(self) -> None:
+        """Restart as after a dip of the battery's voltage."""
+        with self._lock:
+            self._reboot()
 
     def _reboot(self) -> None:
         """The firmware asserted: everything but persistent parameters is lost, the link is silent meanwhile."""
@@ -224,12 +229,12 @@ class SimulatedCrazyflie:
             return _OFF
         if self._supervisor.state is not State.LEVEL_OUT or wanted.mode is SetpointMode.OFF:
             return wanted
-        # The firmware levels the attitude and keeps z; the nearest modes of the interface also brake sideways motion.
-        if wanted.mode is SetpointMode.ATTITUDE:
+        # Roll, pitch and yaw rate become zero, z stays as it is (supervisor.c, supervisorOverrideSetpoint).
+        if wanted.mode in (SetpointMode.ATTITUDE, SetpointMode.RATES):
             return Setpoint(SetpointMode.ATTITUDE, thrust=wanted.thrust)
-        if wanted.mode is SetpointMode.VELOCITY:
-            return Setpoint(SetpointMode.VELOCITY, velocity=(0.0, 0.0, wanted.velocity[2]))
-        return Setpoint(SetpointMode.HOVER, position=(0.0, 0.0, wanted.position[2]))
+        if wanted.mode in (SetpointMode.VELOCITY, SetpointMode.CLIMB):
+            return Setpoint(SetpointMode.CLIMB, velocity=(0.0, 0.0, wanted.velocity[2]))
+        return Setpoint(SetpointMode.HEIGHT, position=(0.0, 0.0, wanted.position[2]))
 
     def _orders(self, allowed: Setpoint) -> Orders:
         parameters, can_fly = self._parameters, self._supervisor.can_fly

@@ -27,6 +27,9 @@ class SetpointMode(Enum):
     VELOCITY = "velocity and yaw rate"
     HOVER = "x, y velocity in the body frame, absolute z, yaw rate"
     ATTITUDE = "roll, pitch, yaw rate and thrust"
+    HEIGHT = "roll, pitch, yaw rate and absolute z"
+    CLIMB = "roll, pitch, yaw rate and z velocity"
+    RATES = "body rates and thrust"
 
 
 class Setpoint(NamedTuple):
@@ -35,8 +38,8 @@ class Setpoint(NamedTuple):
     Attributes:
         mode: which of the other fields count.
         position, velocity, acceleration, jerk: [m], [m/s], [m/s²], [m/s³].
-        yaw: [rad]. omega: body rates [rad/s] (feed-forward of FULL; omega[2] is the yaw rate elsewhere).
-        attitude: roll, pitch [rad]. thrust: 0..65535, of ATTITUDE.
+        yaw: [rad]. omega: body rates [rad/s] (fed forward by FULL, wanted by RATES; else [2] is the yaw rate).
+        attitude: roll, pitch [rad]. thrust: 0..65535, of ATTITUDE and RATES.
     """
 
     mode: SetpointMode = SetpointMode.OFF

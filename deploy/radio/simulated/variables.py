@@ -24,6 +24,9 @@ _MODES = {
     SetpointMode.VELOCITY: (2, 2, 2, 0, 0, 2),
     SetpointMode.HOVER: (2, 2, 1, 0, 0, 2),
     SetpointMode.ATTITUDE: (0, 0, 0, 1, 1, 2),
+    SetpointMode.HEIGHT: (0, 0, 1, 1, 1, 2),
+    SetpointMode.CLIMB: (0, 0, 2, 1, 1, 2),
+    SetpointMode.RATES: (0, 0, 0, 2, 2, 2),
 }  # x, y, z, roll, pitch, yaw: 0 disabled, 1 absolute, 2 velocity
 
 Getter = Callable[[], float]

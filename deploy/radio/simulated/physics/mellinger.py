@@ -109,22 +109,21 @@ class Mellinger:
         np.minimum(np.maximum(integral, -self._i_range, out=integral), self._i_range, out=integral)
         integral = self._moment_integral
         np.minimum(np.maximum(integral, -self._i_range_m, out=integral), self._i_range_m, out=integral)
-        # Only full setpoints feed velocity and acceleration forward; the table holds zeros for all others.
         force = self._kp * error + self._kd * (target.ahead[:, 0:3] - state.velocity) + self._ki * self._integral
         force += self._mass * target.ahead[:, 3:6]
         yaw = target.yaw
         if not target.all_by_position:
-            # Velocity modes are unknown to this controller: it levels out and holds the height in the setpoint.
+            # Modes that this controller does not know: it levels out at the height in the setpoint.
             force[~target.by_position, :2] = 0.0
-            manual_turn = target.manual * (self._dt * target.omega[:, 2])
-            yaw = np.where(target.by_position, yaw, algebra.heading(state.rotation) + manual_turn)
+            turn = target.attitude_only * (self._dt * target.omega[:, 2])
+            yaw = np.where(target.by_position, yaw, algebra.heading(state.rotation) + turn)
         force[:, 2] += self._weight
         desired = _attitude(algebra.normalised(force), yaw)
         thrust: Array = self._parameters["massThrust"] * np.add.reduce(force * state.rotation[:, :, 2], 1)
         if target.any_manual:
-            manual = target.manual
+            manual = target.attitude_only
             desired[manual] = _tilted(target.attitude[manual], yaw[manual])
-            thrust = np.where(manual, target.thrust, thrust)
+            thrust = np.where(target.manual, target.thrust, thrust)
         # The estimated attitude is D R, with the true R and a D that stays for the tick: the error of the attitude is
         # then a linear map of R alone.
         turn = np.matmul(desired.transpose(0, 2, 1), state.misalignment)

@@ -26,6 +26,7 @@ _OVERHEAD = 1.1  # velMaxOverhead, rpLimitOverhead
 _VELOCITY_MAX, _TILT_MAX = 1.0, 20.0  # [m/s], [degrees]
 _LEAST_CLIMB_MAX = 0.5  # [m/s] position_controller_pid.c keeps zVelMax above it
 _THRUST_SCALE, _THRUST_MIN = 1000.0, 20000.0
+_NOBODY: Index = np.zeros(0, dtype=np.intp)
 _UNLIMITED = 5000.0  # DEFAULT_PID_INTEGRATION_LIMIT
 # Brushed airframes and the Brushless one have different defaults (platform_defaults_cf2.h, _cf21bl.h): thrust base,
 # rate gains. The Brushless is told by its motors.
@@ -110,6 +111,8 @@ class CascadedPid:
         self._tuning = Tuning(self._parameters())
         self._tuned()
         self._desired = np.zeros((n, 3))  # roll, pitch, yaw [degrees]
+        self._turning = np.zeros((n, 2))  # roll and pitch rates [degrees/s] of those who are given rates
+        self._rates: Index = _NOBODY
         self._mode = np.zeros(n, dtype=np.int64)
         self._misalignment = np.tile(np.eye(3), (n, 1, 1))
 
@@ -139,12 +142,11 @@ class CascadedPid:
         asked = _in_heading(target.velocity, cosine, sine)
         asked[mode == setpoints.HOVER] = target.velocity[mode == setpoints.HOVER]  # given in the body frame already
         by_position, manual = target.by_position, target.manual
-        height_by_position = by_position | (mode == setpoints.HOVER)
-        wanted = np.where(np.stack([by_position, by_position, height_by_position], axis=1), wanted, asked)
+        wanted = np.where(np.stack([by_position, by_position, target.by_height], axis=1), wanted, asked)
         speed = _in_heading(state.velocity, cosine, sine)
         drive = self._velocity.update(wanted - speed, speed, dt)
         tilt = np.clip(np.stack([-drive[:, 1], drive[:, 0]], axis=1), -self._tilt_max, self._tilt_max)
-        self._desired[:, :2] = np.where(manual[:, None], np.degrees(target.attitude), tilt)
+        self._desired[:, :2] = np.where(target.leaning[:, None], np.degrees(target.attitude), tilt)
         turned = self._desired[:, 2] + np.degrees(target.omega[:, 2]) * dt
         if self._yaw_tied:
             turned = _within(turned, angles[:, 2], self._yaw_max_delta[:, 0])
@@ -152,6 +154,8 @@ class CascadedPid:
         thrust = np.maximum(drive[:, 2] * _THRUST_SCALE + self._thrust[:, 0], self._thrust[:, 1])
         np.minimum(thrust, COMMAND_MAX, out=thrust)
         thrust = np.where(manual, target.thrust, thrust)
+        self._rates = np.flatnonzero(target.rates) if target.any_rates else _NOBODY
+        self._turning[self._rates] = np.degrees(target.omega[self._rates, :2])
         off = (mode == setpoints.OFF) | (thrust <= 0.0)
         if off.any():
             self._reset(np.flatnonzero(off), angles)
@@ -164,6 +168,8 @@ class CascadedPid:
         error[:, 2] = (error[:, 2] + 180.0) % 360.0 - 180.0
         measured = np.degrees(rates)
         wanted = self._angle.update(error, angles, self._dt)
+        if len(self._rates):
+            wanted[self._rates, :2] = self._turning[self._rates]
         return self._rate.update(wanted - measured, measured, self._dt)
 
     def reset(self, index: Index, rotation: Array) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from deploy.radio.simulated.interface import Setpoint, SetpointMode
 
 MODES = tuple(SetpointMode)
-OFF, FULL, POSITION, VELOCITY, HOVER, ATTITUDE = range(len(MODES))
+OFF, FULL, POSITION, VELOCITY, HOVER, ATTITUDE, HEIGHT, CLIMB, RATES = range(len(MODES))
 _CODE = {mode: code for code, mode in enumerate(MODES)}
 
 
@@ -20,16 +20,16 @@ class SetpointTable:
         mode: (N,) code, see the constants of this module.
         position, velocity, acceleration: (N, 3) [m], [m/s], [m/s²], world frame.
         yaw: (N,) [rad]. omega: (N, 3) [rad/s]. attitude: (N, 2) roll, pitch [rad]. thrust: (N,) 0..65535.
-        ahead: (N, 9) velocity, acceleration and omega to feed forward: those of FULL, omega's z of ATTITUDE, else zero.
-        by_position: (N,) FULL or POSITION. manual: (N,) ATTITUDE. active: (N,) anything but OFF.
-        all_by_position, any_manual: the same of all drones together.
+        ahead: (N, 9) velocity, acceleration and omega side by side.
+        by_position: (N,) x, y, z and yaw are given. by_height: (N,) z is. leaning: (N,) roll and pitch (or their rates)
+            are. manual: (N,) thrust is, too. attitude_only: (N,) ATTITUDE. active: (N,) anything but OFF.
+        all_by_position, any_manual, any_rates: the same of all drones together; of RATES.
     """
 
     def __init__(self, n: int) -> None:
         self.mode = np.zeros(n, dtype=np.int64)
         self._block = np.zeros((n, 16))
-        self.ahead = np.zeros((n, 9))
-        self._fed_forward = np.zeros((n, 9), dtype=np.bool_)
+        self.ahead = self._block[:, 3:12]
         self._held: list[Setpoint] = [Setpoint()] * n
         self.position, self.velocity = self._block[:, 0:3], self._block[:, 3:6]
         self.acceleration, self.omega = self._block[:, 6:9], self._block[:, 9:12]
@@ -51,16 +51,16 @@ class SetpointTable:
             self.mode[:] = [_CODE[setpoint.mode] for setpoint in setpoints]
             self._classify()
         self._held = list(setpoints)
-        np.copyto(self.ahead, 0.0)
-        np.copyto(self.ahead, self._block[:, 3:12], where=self._fed_forward)
 
     def _classify(self) -> None:
         mode = self.mode
         self.by_position = (mode == FULL) | (mode == POSITION)
-        self.manual, self.active = mode == ATTITUDE, mode != OFF
-        self._fed_forward[:] = (mode == FULL)[:, None]
-        self._fed_forward[:, 8] |= self.manual
+        self.by_height = self.by_position | (mode == HOVER) | (mode == HEIGHT)
+        self.attitude_only, self.rates = mode == ATTITUDE, mode == RATES
+        self.manual, self.active = self.attitude_only | self.rates, mode != OFF
+        self.leaning = self.manual | (mode == HEIGHT) | (mode == CLIMB)
         self.all_by_position, self.any_manual = bool(self.by_position.all()), bool(self.manual.any())
+        self.any_rates = bool(self.rates.any())
 
 
 def _row(s: Setpoint) -> tuple[float, ...]:
