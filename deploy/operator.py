@@ -31,6 +31,21 @@ class Nobody:
         return False
 
 
+class Either:
+    """Two operators, each of whom may end the flight."""
+
+    def __init__(self, one: Operator, other: Operator) -> None:
+        self._one, self._other = one, other
+
+    def land_requested(self) -> bool:
+        """Whether either wants it."""
+        return self._one.land_requested() or self._other.land_requested()
+
+    def stop_requested(self) -> bool:
+        """Whether either wants it."""
+        return self._one.stop_requested() or self._other.stop_requested()
+
+
 class Interrupts:
     """An operator who counts requests: the first lands, the second stops the motors."""
 

@@ -20,7 +20,7 @@ from missions.mappings import FrozenMapping
 from missions.yamltree import MappingNode, Node, ScalarNode, SequenceNode
 
 Record = TypeVar("Record")
-DISCRIMINATORS = ("type", "policy")
+DISCRIMINATORS = ("type", "policy", "fault")
 
 
 # ------------------------------------------------------------------------------------- looking at records

@@ -121,6 +121,16 @@ class Recorder:
         if self.failure:
             raise LogFileError(f"{self._part}: the flight log is incomplete: {self.failure}")
 
+    def abandon(self) -> None:
+        """Stop as if the process had died: what was handed over is in the ``.part`` file, which stays unfinished."""
+        if self._closed:
+            return
+        self._closed = True
+        self._queue.put(None)
+        self._wake.set()
+        self._thread.join()
+        self._stream.close()
+
     def _drop(self, item: Item) -> None:
         with self._dropped_lock:
             self._dropped[item.topic] += 1

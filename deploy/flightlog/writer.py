@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Literal
+from typing import Literal, Self
 
 from deploy.flightlog.encode import NANOSECONDS, log_line, pose_to_json, to_json, vector
 from deploy.flightlog.recorder import Item, Recorder
@@ -161,7 +161,11 @@ class FlightLog:
         """
         self._recorder.close()
 
-    def __enter__(self) -> FlightLog:
+    def abandon(self) -> None:
+        """Stop as if the process had died; the unfinished ``.part`` file stays, and later records are lost."""
+        self._recorder.abandon()
+
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
