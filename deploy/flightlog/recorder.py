@@ -107,10 +107,7 @@ class Recorder:
         """
         if self._closed:
             return
-        self._closed = True
-        self._items.append(None)
-        self._wake.set()
-        self._thread.join()
+        self._write_the_rest()
         try:
             if not self.failure:
                 self._finish()
@@ -125,11 +122,14 @@ class Recorder:
         """Stop as if the process had died: what was handed over is in the ``.part`` file, which stays unfinished."""
         if self._closed:
             return
+        self._write_the_rest()
+        self._stream.close()
+
+    def _write_the_rest(self) -> None:
         self._closed = True
-        self._queue.put(None)
+        self._items.append(None)
         self._wake.set()
         self._thread.join()
-        self._stream.close()
 
     def _drop(self, item: Item) -> None:
         with self._dropped_lock:
