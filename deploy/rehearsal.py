@@ -9,10 +9,10 @@ import numpy as np
 
 import deploy.radio.simulated
 from deploy.clock import VirtualClock
+from deploy.errors import DeployError
 from deploy.execute import fly
 from deploy.flight.records import FlightOutcome, FlightStatus
-from deploy.flightlog.writer import FlightLog
-from deploy.operator import Operator
+from deploy.operator import Either, Interrupts, Nobody, Operator
 from deploy.planfile import plan_bytes
 from deploy.preflight import pad_of
 from deploy.radio.cache import toc_cache
@@ -20,6 +20,12 @@ from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.model import AirModel, stations
 from deploy.radio.simulated.physics.world import World
 from deploy.radio.simulated.swarm import SimulatedSwarm
+from deploy.scenario.aftermath import watch_alone
+from deploy.scenario.director import Director
+from deploy.scenario.effects import Props
+from deploy.scenario.killed import HostDied, ProcessKilled
+from deploy.scenario.log import RehearsalLog
+from deploy.scenario.records import Scenario
 from missions.airframes import airframe
 from missions.schema import Mission
 from mocap.simulated import SimulatedMocap
@@ -39,9 +45,11 @@ class Stage:
         mission: whose robots stand on their pads. seed: of everything random.
         speed: at most this many times faster than wall time; None: as fast as possible.
         label: host part of the sim:// URIs.
+        air: the radio; None: an ideal one.
 
     Attributes:
-        world, clock, mocap, swarm: the parts.
+        world, clock, mocap, swarm, air: the parts.
+        operator: whom a scenario may have press Ctrl-C.
     """
 
     def __init__(
@@ -58,13 +66,19 @@ class Stage:
         self.clock = VirtualClock(speed=speed, patience=_PATIENCE)
         self.world = World([airframe(mission.flight.airframe)] * len(names), pads, np.zeros(len(names)), seed=seed)
         self.mocap = SimulatedMocap(_MOCAP_RATE, seed=seed)
-        self._bodies = [robot.rigid_body or robot.name for robot in mission.robots]
+        self._bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
         self.world.every(1.0 / _MOCAP_RATE, self._expose)
         arms_itself = "brushless" not in mission.flight.airframe
+        self.clock.attach(self._live, lambda timeout: True)
         self.air = None
         if air is not None:
             self.air = Air(air, stations(mission), seed=seed, held=lambda: self.clock.held)
         self.swarm = SimulatedSwarm(names, self.world, self.clock, label=label, auto_arm=arms_itself, air=self.air)
+        self.operator = Interrupts()
+        self._mission = mission
+        self._killed: ProcessKilled | None = None
+        self._director: Director | None = None
+        self.clock.attach(self._act, lambda timeout: True)
         # The loop reads telemetry right after a tick: by then the clients must have digested what that tick sent.
         self.clock.attach(lambda t: _digest(self.swarm), lambda timeout: True)
 
@@ -75,12 +89,39 @@ class Stage:
         self.mocap.close()
         self.swarm.close()
 
+    def play(self, scenario: Scenario, log: RehearsalLog) -> Props:
+        """From now on, let happen what a scenario says; it is written into the log. Returns what it breaks.
+
+        Raises:
+            DeployError: there is no modelled radio that could fail.
+        """
+        if self.air is None:
+            raise DeployError("a scenario needs the modelled radio; this stage has an ideal one")
+        props = Props(self._bodies, self.world, self.mocap, self.swarm, self.air, self.operator)
+        self._director = Director(scenario, self._mission, props, log)
+        log.listener = self._director.hear
+        return props
+
+    def _live(self, t: float) -> None:
+        if self._killed is not None:
+            raise self._killed
+
+    def _act(self, t: float) -> None:
+        if self._director is None:
+            return
+        try:
+            self._director.advance(t)
+        except ProcessKilled as killed:
+            self._killed = killed
+            raise
+
     def _expose(self, t: float) -> None:
         if not self.mocap.due(t):
             return
         positions, quaternions = self.world.positions.tolist(), self.world.quaternions.tolist()
         poses = {
-            body: Pose(tuple(p), tuple(q)) for body, p, q in zip(self._bodies, positions, quaternions, strict=True)
+            body: Pose(tuple(p), tuple(q))
+            for body, p, q in zip(self._bodies.values(), positions, quaternions, strict=True)
         }
         self.mocap.observe(t, poses)
 
@@ -97,8 +138,9 @@ def rehearse(
     speed: float | None = None,
     observer: Callable[[FlightStatus], None] | None = None,
     operator: Operator | None = None,
+    scenario: Scenario | None = None,
 ) -> tuple[FlightOutcome, Path]:
-    """Fly a plan on simulated drones.
+    """Fly a plan on simulated drones, over a radio as the mission says.
 
     Args:
         flight_plan: what to fly.
@@ -107,32 +149,43 @@ def rehearse(
         speed: at most this many times faster than wall time; None: as fast as possible.
         observer: told ten times a simulated second how it goes.
         operator: who may end the flight.
+        scenario: what goes wrong; default: nothing.
 
     Returns:
         How it ended, and the log.
 
     Raises:
-        DeployError: as ``fly``; LogFileError if the log cannot be written.
+        DeployError: as ``fly``; LogFileError if the log cannot be written; HostDied if the scenario killed the
+            process: then the log is ``<log_path>.part``.
     """
+    mission = flight_plan.mission
     metadata = {
         **flight_plan.versions,
         "backend": "simulated",
         "seed": str(seed),
         "simulation": deploy.radio.simulated.__doc__ or "",
     }
+    if scenario is not None:
+        metadata["scenario"] = scenario.text
     attachments = {"plan.mcap": plan_bytes(flight_plan)}
     with (
-        Stage(flight_plan.mission, seed=seed, speed=speed) as stage,
-        FlightLog(log_path, stage.clock.epoch, attachments, metadata, when_full="wait") as log,
+        Stage(mission, seed=seed, speed=speed, air=AirModel.of(mission)) as stage,
+        RehearsalLog(log_path, stage.clock.epoch, attachments, metadata, when_full="wait") as log,
     ):
-        outcome = fly(
-            flight_plan,
-            uris=stage.swarm.uris(),
-            mocap=stage.mocap,
-            clock=stage.clock,
-            log=log,
-            operator=operator,
-            observer=observer,
-            toc_cache=toc_cache("simulated"),
-        )
+        props = None if scenario is None else stage.play(scenario, log)
+        try:
+            outcome = fly(
+                flight_plan,
+                uris=stage.swarm.uris(),
+                mocap=stage.mocap,
+                clock=stage.clock,
+                log=log,
+                operator=Either(operator or Nobody(), stage.operator),
+                observer=observer,
+                toc_cache=toc_cache("simulated"),
+            )
+        except ProcessKilled as killed:
+            if props is None:
+                raise
+            raise HostDied(stage.world.t, watch_alone(props, killed.watch)) from None
     return outcome, log.path

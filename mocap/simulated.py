@@ -2,18 +2,22 @@
 
 The world tells it where everybody is (:meth:`SimulatedMocap.observe`); frames come out at the system's own rate, with
 its noise and latency, as virtual time passes. Idealised: no reflections, no marker model; a body is seen or it is not.
+It can be made to fail as such systems do: blind, without some bodies, taking one for another, or beside the truth.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from mocap.source import MocapFrame, Pose
 
+Vec3 = tuple[float, float, float]
+T = TypeVar("T")
 _SLACK = 1e-9  # [s] times are multiples of a tick up to rounding
 
 
@@ -52,11 +56,43 @@ class SimulatedMocap:
         self._count = 0  # exposures since t = 0, taken or missed: frame k is due at k periods
         self._under_way: deque[MocapFrame] = deque()
         self._hidden: frozenset[str] = frozenset()
+        self._covered: Counter[str] = Counter()
+        self._swaps: list[tuple[str, str]] = []
+        self._offsets: list[tuple[str, Vec3]] = []
+        self._blindings = 0
         self._open = True
 
     def hide(self, names: frozenset[str] | set[str]) -> None:
         """Lose sight of these bodies, and see all others again."""
         self._hidden = frozenset(names)
+
+    # Faults; each lasts until what the method returns is called.
+
+    def blind(self) -> Callable[[], None]:
+        """No frames at all."""
+        self._blindings += 1
+
+        def end() -> None:
+            self._blindings -= 1
+
+        return end
+
+    def cover(self, name: str) -> Callable[[], None]:
+        """Lose sight of a body."""
+        self._covered[name] += 1
+
+        def end() -> None:
+            self._covered[name] -= 1
+
+        return end
+
+    def swap(self, a: str, b: str) -> Callable[[], None]:
+        """Take two bodies for each other."""
+        return _listed(self._swaps, (a, b))
+
+    def displace(self, name: str, offset: Vec3) -> Callable[[], None]:
+        """See a body beside where it is [m]."""
+        return _listed(self._offsets, (name, offset))
 
     def due(self, t: float) -> bool:
         """Note the time [s]; whether an exposure is due, i.e. whether :meth:`observe` would use what it is told."""
@@ -71,8 +107,10 @@ class SimulatedMocap:
         # Noise is drawn for hidden bodies too: hiding one must not change what is seen of the others.
         noise = self._rng.standard_normal((len(bodies), 6)).tolist()
         seen = {name: self._blur(pose, row) for (name, pose), row in zip(bodies.items(), noise, strict=True)}
-        visible = {name: pose for name, pose in seen.items() if name not in self._hidden}
-        self._under_way.append(MocapFrame(t, self._count, visible))
+        self._mistake(seen)
+        visible = {name: pose for name, pose in seen.items() if name not in self._hidden and not self._covered[name]}
+        if not self._blindings:
+            self._under_way.append(MocapFrame(t, self._count, visible))
 
     def poll(self) -> Sequence[MocapFrame]:
         """Frames that arrived by now, oldest first."""
@@ -85,6 +123,13 @@ class SimulatedMocap:
         """Stop looking."""
         self._open = False
         self._under_way.clear()
+
+    def _mistake(self, seen: dict[str, Pose]) -> None:
+        for name, (dx, dy, dz) in self._offsets:
+            x, y, z = seen[name].position
+            seen[name] = Pose((x + dx, y + dy, z + dz), seen[name].quaternion)
+        for a, b in self._swaps:
+            seen[a], seen[b] = seen[b], seen[a]
 
     def _blur(self, pose: Pose, noise: Sequence[float]) -> Pose:
         """A pose with six standard normal numbers of noise on it (plain floats: a body at a time, arrays cost more)."""
@@ -101,3 +146,9 @@ class SimulatedMocap:
         d = qw - hx * qx - hy * qy - hz * qz
         length = math.sqrt(a * a + b * b + c * c + d * d)
         return Pose(position, (a / length, b / length, c / length, d / length))
+
+
+def _listed(items: list[T], item: T) -> Callable[[], None]:
+    """Put an item on a list; returns what takes it off again."""
+    items.append(item)
+    return lambda: items.remove(item)

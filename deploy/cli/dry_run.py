@@ -20,24 +20,34 @@ def add_parser(commands: Subparsers) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, help="folder for plan, log and report [default: out/<name>]")
     parser.add_argument("--speed", type=_speed, default=None, help="times real time, or 'max' [default: max]")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the simulation [default: 0]")
+    parser.add_argument("--seed", type=int, help="seed of the simulation [default: the scenario's, else 0]")
+    parser.add_argument(
+        "--scenario", metavar="FAULTS", type=Path, help="what goes wrong, when and with whom (.yaml; see README)"
+    )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Plan if need be, rehearse, report."""
-    from deploy.cli.flying import print_outcome, watched
+    from deploy.cli.flying import print_death, print_outcome, watched
     from deploy.cli.planning import plan_mission, print_plan
     from deploy.cli.reporting import print_analysis, write_report
     from deploy.flightlog.reader import read_log
     from deploy.planfile import read_plan, write_plan
     from deploy.rehearsal import rehearse
+    from deploy.scenario.killed import HostDied
+    from deploy.scenario.load import load_scenario
+    from missions.loader import load_mission
 
     planned = args.source.suffix not in {".yaml", ".yml"}
-    flight_plan = read_plan(args.source) if planned else plan_mission(args.source)
+    flight_plan = read_plan(args.source) if planned else None
+    mission = load_mission(args.source) if flight_plan is None else flight_plan.mission
+    scenario = None if args.scenario is None else load_scenario(args.scenario, mission)  # before planning takes time
+    flight_plan = flight_plan or plan_mission(args.source)
     if flight_plan is None:
         return 1
+    seed = args.seed if args.seed is not None else (scenario.seed if scenario else None) or 0
     folder: Path = args.output or Path("out") / flight_plan.mission.name
     folder.mkdir(parents=True, exist_ok=True)
     if not planned:
@@ -45,16 +55,30 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         print_plan(flight_plan)
     log_path = folder / "flight.mcap"
-    for old in (log_path, log_path.with_name(log_path.name + ".part")):
+    part = log_path.with_name(log_path.name + ".part")
+    for old in (log_path, part):
         old.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
+    dead: HostDied | None = None
     with watched() as (operator, observer):
-        outcome, _ = rehearse(
-            flight_plan, log_path=log_path, seed=args.seed, speed=args.speed, operator=operator, observer=observer
-        )
-    print_outcome(outcome)
+        try:
+            outcome, _ = rehearse(
+                flight_plan,
+                log_path=log_path,
+                seed=seed,
+                speed=args.speed,
+                operator=operator,
+                observer=observer,
+                scenario=scenario,
+            )
+        except HostDied as error:
+            dead, log_path = error, part
+    if dead is None:
+        print_outcome(outcome)
+    else:
+        print_death(dead)
     target = folder / "report.html"
     analysis = write_report(read_log(log_path), target)
-    return print_analysis(analysis, target, as_json=args.json)
+    return max(print_analysis(analysis, target, as_json=args.json), int(dead is not None))
 
 
 def _speed(text: str) -> float | None:

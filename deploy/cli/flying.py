@@ -14,6 +14,7 @@ from deploy.cli.console import err
 if TYPE_CHECKING:
     from deploy.flight.records import FlightOutcome, FlightStatus
     from deploy.operator import Operator
+    from deploy.scenario.killed import HostDied
 
 HINT = "Ctrl-C lands everybody; twice stops the motors"
 
@@ -51,6 +52,13 @@ def print_outcome(outcome: FlightOutcome) -> None:
     if outcome.reason:
         err.print(f"flight {outcome.phase.value}: {outcome.reason}", markup=False)
     for line in (*outcome.faults, *outcome.warnings):
+        err.print(f"  {line}", markup=False)
+
+
+def print_death(dead: HostDied) -> None:
+    """What became of the drones whose host's process was killed."""
+    err.print(f"the host's process was killed at {dead.t:.2f} s; nobody talked to the drones any more:", markup=False)
+    for line in dead.after:
         err.print(f"  {line}", markup=False)
 
 

@@ -70,7 +70,7 @@ class Line:
     Attributes:
         t: what time it is at the drone's end of the line [s]; kept by whoever moves the line.
         due: when it wants its next exchange [s].
-        fading: its losses. delay: extra latency each way [s]. silenced: how many faults keep it silent.
+        fading: its losses.
         dropped: packets the firmware had no room for. quality: share of attempts that succeed [%], as cflib has it.
     """
 
@@ -78,9 +78,9 @@ class Line:
         self, drone: Receiver, model: AirModel, station: Station, seed: str, held: Callable[[], bool] = lambda: False
     ) -> None:
         self.station, self.fading = station, Fading(seed, model.loss)
-        self.t, self.due, self.delay = 0.0, math.inf, 0.0
-        self.silenced = self.dropped = 0
-        self.quality = 100.0
+        self.t, self.due = 0.0, math.inf
+        self.dropped, self.quality = 0, 100.0
+        self._silenced, self._delay = 0, 0.0
         self._drone, self._model, self._held = drone, model, held
         self._lock = threading.RLock()
         self._deliver: Deliver | None = None
@@ -96,7 +96,27 @@ class Line:
     @property
     def reachable(self) -> bool:
         """Whether anything could get through."""
-        return not self.silenced and self._drone.is_alive
+        return not self._silenced and self._drone.is_alive
+
+    # ------------------------------------------------------------------------------------------------ faults
+
+    def silence(self) -> Callable[[], None]:
+        """Nothing gets through until what this returns is called."""
+        self._silenced += 1
+
+        def end() -> None:
+            self._silenced -= 1
+
+        return end
+
+    def slow_down(self, latency: float) -> Callable[[], None]:
+        """Every packet takes so much longer [s], each way, until what this returns is called."""
+        self._delay += latency
+
+        def end() -> None:
+            self._delay -= latency
+
+        return end
 
     # ------------------------------------------------------------------------------------------------ client's end
 
@@ -208,7 +228,7 @@ class Line:
 
     def _arrival(self, before: deque[Up] | deque[Down], end: float, latency: float) -> float:
         """When a packet exchanged by ``end`` arrives: never before one that was exchanged earlier."""
-        t = end + latency + self.delay
+        t = end + latency + self._delay
         return max(t, before[-1].t) if before else t
 
     def _hand_over(self, header: int, data: bytes) -> bool:
