@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 import threading
 import time
 from pathlib import Path
@@ -43,24 +44,9 @@ def uri(swarm):
     return swarm.uris()["cf1"]
 
 
-def test_contract_connect(uri):
-    link.connects_and_becomes_fully_connected(uri)
-
-
-def test_contract_parameters(uri):
-    link.parameters_come_back_as_written(uri)
-
-
-def test_contract_log(uri, clock):
-    link.log_blocks_deliver_at_their_period(uri, lambda seconds: clock.sleep_until(clock.now() + seconds))
-
-
-def test_contract_memory(uri):
-    link.trajectory_memory_holds_what_was_written(uri)
-
-
-def test_contract_return_codes(uri):
-    link.flight_commands_are_answered_with_a_return_code(uri)
+@pytest.mark.parametrize("promise", link.PROMISES, ids=lambda promise: promise.__name__)
+def test_contract(promise, uri, clock):
+    promise(uri, lambda seconds: clock.sleep_until(clock.now() + seconds))
 
 
 def test_contract_unarmed():
@@ -73,22 +59,16 @@ def test_contract_missing_drone(swarm):
 
 
 @pytest.mark.hardware
-@pytest.mark.parametrize(
-    "promise",
-    [
-        link.connects_and_becomes_fully_connected,
-        link.parameters_come_back_as_written,
-        lambda uri: link.log_blocks_deliver_at_their_period(uri, SystemClock().sleep_until),
-        link.trajectory_memory_holds_what_was_written,
-        link.flight_commands_are_answered_with_a_return_code,
-    ],
-)
-def test_contract_on_hardware(promise, request):
-    if "hardware" not in request.config.getoption("-m"):
-        pytest.skip("needs a Crazyradio and a drone: run with -m hardware")
+@pytest.mark.parametrize("promise", link.PROMISES, ids=lambda promise: promise.__name__)
+def test_contract_on_hardware(promise):
+    """The drone at ERGOFLIE_TEST_URI stands on the ground; it does not move."""
     if not any(issubclass(cls, RadioDriver) for cls in cflib.crtp.CLASSES):
         cflib.crtp.init_drivers()
-    promise(os.environ.get("ERGOFLIE_TEST_URI", "radio://0/80/2M/E7E7E7E7E7"))
+    clock = SystemClock()
+    promise(
+        os.environ.get("ERGOFLIE_TEST_URI", "radio://0/80/2M/E7E7E7E7E7"),
+        lambda seconds: clock.sleep_until(clock.now() + seconds),
+    )
 
 
 def test_recorded_handshake(monkeypatch, swarm):
@@ -168,6 +148,19 @@ def test_closing_is_quick_and_counts_nothing_twice(uri, swarm):
     driver.close()
     driver._deliver(0, 0, b"too late")
     assert swarm.settle(0.0)
+
+
+def test_threads_take_longer_turns_only_while_swarms_fly_in_virtual_time():
+    before = sys.getswitchinterval()
+    first, second = (
+        SimulatedSwarm(["cf"], IdealWorld([(0.0, 0.0, 0.0)]), VirtualClock(), label=label) for label in ("one", "two")
+    )
+    first.close()
+    assert sys.getswitchinterval() > 2 * before
+    second.close()
+    second.close()
+    assert sys.getswitchinterval() == before
+    unregister()
 
 
 def test_a_drone_takes_one_client_at_a_time_and_another_after_it(uri):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType, TracebackType
@@ -15,7 +16,9 @@ from deploy.radio.simulated.air.line import LOST, Line
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
 from deploy.radio.simulated.driver import SCHEME, SimulatedDriver, Traffic, register, serve, withdraw
 from deploy.radio.simulated.interface import Firmware
+from missions.airframes import Airframe
 
+_TURN = 0.05  # [s] see _Turns
 _SILENCE = 0.5  # [s] of a rebooting drone's silence until the radio would give up on it
 
 
@@ -29,6 +32,36 @@ class World(Protocol):
         """Move to world time ``t`` [s], ticking every firmware each 10 ms."""
 
 
+class _Turns:
+    """Longer turns for Python's threads while swarms fly in virtual time.
+
+    At every tick the clock waits for cflib's threads anyway. In between they cannot help it, and taking the interpreter
+    from it every 5 ms, Python's default, is what a sixth of a rehearsal's time would go to.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users, self._usual = 0, 0.0
+
+    def lengthen(self) -> None:
+        """One more swarm flies."""
+        with self._lock:
+            if self._users == 0:
+                self._usual = sys.getswitchinterval()
+                sys.setswitchinterval(max(_TURN, self._usual))
+            self._users += 1
+
+    def restore(self) -> None:
+        """One swarm less; after the last one turns are as they were."""
+        with self._lock:
+            self._users -= 1
+            if self._users == 0:
+                sys.setswitchinterval(self._usual)
+
+
+_turns = _Turns()
+
+
 class SimulatedSwarm:
     """Simulated drones at ``sim://<label>/<name>``, carried along by a clock.
 
@@ -39,7 +72,7 @@ class SimulatedSwarm:
         world: moves the bodies.
         clock: carries the world along and waits for clients to digest; None when the caller drives the world itself.
         label: host part of the URIs.
-        auto_arm: see :class:`SimulatedCrazyflie`.
+        auto_arm, airframe, decks: of every drone, see :class:`SimulatedCrazyflie`.
         air: the radio between them and their clients; None: an ideal one.
 
     Raises:
@@ -54,12 +87,15 @@ class SimulatedSwarm:
         *,
         label: str = "swarm",
         auto_arm: bool = True,
+        airframe: Airframe | None = None,
+        decks: tuple[str, ...] = (),
         air: Air | None = None,
     ) -> None:
         if len(set(names)) != len(names):
             raise ValueError(f"drone names must be distinct; got {list(names)}")
         self._drones = {
-            name: SimulatedCrazyflie(name, address=(i + 1) & 0xFF, auto_arm=auto_arm) for i, name in enumerate(names)
+            name: SimulatedCrazyflie(name, address=(i + 1) & 0xFF, auto_arm=auto_arm, airframe=airframe, decks=decks)
+            for i, name in enumerate(names)
         }
         self._label, self._world = label, world
         self._air = air
@@ -73,8 +109,10 @@ class SimulatedSwarm:
         world.attach(list(self._drones.values()))
         serve(label, self)
         register()
+        self._has_clock = clock is not None
         if clock is not None:
             clock.attach(self.advance, self.settle)
+            _turns.lengthen()
 
     @property
     def drones(self) -> Mapping[str, SimulatedCrazyflie]:
@@ -131,6 +169,9 @@ class SimulatedSwarm:
     def close(self) -> None:
         """Take the swarm off the air and hang up on its clients; may be called again."""
         withdraw(self._label)
+        if self._has_clock:
+            self._has_clock = False
+            _turns.restore()
         with self._lock:
             clients = list(self._clients.values())
         for client in clients:
