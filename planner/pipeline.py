@@ -2,7 +2,8 @@
 
 The planner works with slightly tightened limits because what flies deviates a little from the plan. How much is
 enough depends on the mission, so the loop closes on the certificate: where the bytes miss a limit, the margin that
-guards it grows by what was missed and the solver goes on from the plan it has.
+guards it grows by what was missed and the solver goes on from the plan it has. Where polynomials cannot follow long
+steps, it goes on with shorter ones.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from planner.certificate.record import Certificate, Check
 from planner.certificate.switching import switches
 from planner.errors import CertificateFailed, NoFeasiblePlan, NotFlyableError, PlannerError
 from planner.feasibility import check_feasible
+from planner.finer import at_steps, finer, smooth_modes
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
-from planner.problem import Margins, build_problem
+from planner.problem import Margins, Problem, build_problem
 from planner.slow import slow_points
 from planner.solver.methods import solve
 from planner.solver.result import Progress
@@ -33,9 +35,26 @@ from planner.trajectory.fit import fit
 from planner.transfer.plan import plan_approach, plan_transfers
 from planner.transfers import Transfers
 
-ROUNDS = 4  # how often margins may grow before we say that the plan cannot be certified
+ROUNDS = 5  # plans that are made before we say that none can be certified
 NUDGE = 0.005  # [m] taken off the range when contacts are too short
 STIFFER = 0.05  # share of the acceleration limit given up when polynomials cannot follow the plan within it
+
+
+@dataclass(frozen=True)
+class Ask:
+    """What the solver is asked for.
+
+    Attributes:
+        grid: the mission, maybe with shorter steps. margins: how much tighter. modes: of the controls, if not free.
+    """
+
+    grid: Mission
+    margins: Margins
+    modes: int | None = None
+
+    def problem(self) -> Problem:
+        """The optimal control problem."""
+        return build_problem(self.grid, self.margins, modes=self.modes)
 
 
 @dataclass(frozen=True)
@@ -46,7 +65,6 @@ class Attempt:
     trajectories: Mapping[str, EncodedTrajectory]
     transfers: Transfers
     certificate: Certificate
-    margins: Margins
 
 
 def make_flight_plan(
@@ -71,38 +89,54 @@ def make_flight_plan(
         raise NotFlyableError(mission.dynamics.type)
     check_feasible(mission)
     plan_approach(mission, fleet.in_space(mission, fleet.starts(mission)))  # before the search is: it takes no time
-    margins, settings = Margins(), mission.solver
+    ask, settings = Ask(mission, Margins()), mission.solver
     initial: Plan | None = None
     if settings.method != "fast":
-        reference = solve(build_problem(mission, margins), settings, progress=progress, should_stop=should_stop)
+        reference = solve(ask.problem(), settings, progress=progress, should_stop=should_stop)
         initial, settings = reference.plan, replace(settings, method="fast")
         if initial is None:
             raise NoFeasiblePlan(reference)
     for _ in range(ROUNDS):
-        outcome = solve(
-            build_problem(mission, margins),
-            settings,
-            progress=progress,
-            initial=initial,
-            should_stop=should_stop,
-        )
+        outcome = solve(ask.problem(), settings, progress=progress, initial=initial, should_stop=should_stop)
         if outcome.plan is None:
             raise NoFeasiblePlan(outcome)
         initial = _continued(outcome.plan, initial)
         try:
-            attempt = _realise(mission, initial, margins)
-        except TrajectoryError as error:  # the plan bends more than the polynomials can follow within the limits
+            attempt = _realise(mission, initial)
+        except TrajectoryError as error:
             failure: PlannerError = error
-            margins = replace(margins, acceleration=margins.acceleration + STIFFER)
+            ask = _easier_to_follow(mission, ask)
             continue
         if attempt.certificate.passed:
-            return FlightPlan(
-                mission, attempt.plan, attempt.trajectories, attempt.certificate, versions(), attempt.transfers
-            )
+            plan = at_steps(attempt.plan, mission)
+            return FlightPlan(mission, plan, attempt.trajectories, attempt.certificate, versions(), attempt.transfers)
         failure = CertificateFailed(attempt.certificate)
-        margins = _grown(margins, attempt.certificate)
-        margins = replace(margins, slow=margins.slow + slow_points(mission, switches(mission, attempt.trajectories)))
+        ask = _tightened(mission, ask, attempt)
     raise failure
+
+
+def _easier_to_follow(mission: Mission, ask: Ask) -> Ask:
+    """After a plan that bends more than polynomials can follow: shorter steps, or room below the acceleration limit."""
+    fine = finer(mission) if ask.modes is None else None
+    if fine is not None:
+        return replace(ask, grid=fine, modes=smooth_modes(mission))
+    return replace(ask, margins=replace(ask.margins, acceleration=ask.margins.acceleration + STIFFER))
+
+
+def _tightened(mission: Mission, ask: Ask, attempt: Attempt) -> Ask:
+    """After bytes that miss a limit: more margin, or shorter steps where no margin guards what is missed.
+
+    Raises:
+        CertificateFailed: neither will help.
+    """
+    unguarded = any(check.name not in (*_GUARDS, "switch jump") for check in attempt.certificate.failures)
+    if unguarded and (ask.modes is not None or finer(mission) is None):
+        raise CertificateFailed(attempt.certificate)
+    if unguarded:
+        return _easier_to_follow(mission, ask)
+    margins = _grown(ask.margins, attempt.certificate)
+    slow = slow_points(mission, switches(mission, attempt.trajectories))
+    return replace(ask, margins=replace(margins, slow=margins.slow + slow))
 
 
 def _continued(plan: Plan, before: Plan | None) -> Plan:
@@ -119,12 +153,12 @@ def versions() -> dict[str, str]:
     return {**found, "python": platform.python_version()}
 
 
-def _realise(mission: Mission, plan: Plan, margins: Margins) -> Attempt:
+def _realise(mission: Mission, plan: Plan) -> Attempt:
     pieces = fit(plan, mission)
     names = [robot.name for robot in mission.robots]
     encoded = {name: encode(p, mission.trajectory) for name, p in zip(names, pieces, strict=True)}
     transfers = plan_transfers(mission, {name: decode(item) for name, item in encoded.items()})
-    return Attempt(plan, encoded, transfers, certify(mission, encoded, transfers), margins)
+    return Attempt(plan, encoded, transfers, certify(mission, encoded, transfers))
 
 
 # Which margin guards which check, and how a miss in the check's unit becomes margin: the check's value and limit to
@@ -150,17 +184,11 @@ _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
 
 
 def _grown(margins: Margins, certificate: Certificate) -> Margins:
-    """Margins with what the certificate missed on top; of several misses that one margin guards, the largest.
-
-    Raises:
-        CertificateFailed: a check failed that no margin guards.
-    """
+    """Margins with what the certificate missed on top; of several misses that one margin guards, the largest."""
     growth: dict[str, float] = {}
     for check in certificate.failures:
-        if check.name == "switch jump":
-            continue  # robots slow down where it is too large, and only there
         if check.name not in _GUARDS:
-            raise CertificateFailed(certificate)
+            continue  # switch jumps: robots slow down where they are too large, and only there
         name, missed = _GUARDS[check.name]
         growth[name] = max(growth.get(name, 0.0), 4.0 / 3.0 * missed(check))
     return replace(margins, **{name: getattr(margins, name) + more for name, more in growth.items()})

@@ -8,7 +8,7 @@ the polynomials that fly deviate a little from the plan and still have to meet t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,7 @@ class Problem:
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
         coarse: the same problem with longer steps, looked at less closely, to begin the search with; None if there is
             none.
+        modes: of controls, at most; None: as many as the solver takes.
     """
 
     dynamics: Dynamics
@@ -51,6 +52,7 @@ class Problem:
     ergodic_weight: float = 1.0
     ends: Array | None = None
     coarse: Problem | None = None
+    modes: int | None = None
 
     @property
     def steps(self) -> int:
@@ -58,20 +60,24 @@ class Problem:
         return self.dynamics.controls_shape[0]
 
 
-def build_problem(mission: Mission, margins: Margins | None = None, *, coarse: bool = True) -> Problem:
+def build_problem(
+    mission: Mission, margins: Margins | None = None, *, coarse: bool = True, modes: int | None = None
+) -> Problem:
     """The mission's problem with limits tightened by ``margins`` (default: ``Margins()``).
 
     Args:
         mission: what is asked for.
         margins: how much more is planned.
         coarse: whether to add the same problem on a coarse time grid.
+        modes: of controls, at most; None: as many as the solver takes.
     """
     margins = Margins() if margins is None else margins
     half = coarser(mission) if coarse else None
-    return _problem(mission, margins, coarse=None if half is None else _problem(half, margins, rough=True))
+    problem = _problem(mission, margins)
+    return replace(problem, coarse=None if half is None else _problem(half, margins, rough=True), modes=modes)
 
 
-def _problem(mission: Mission, margins: Margins, *, coarse: Problem | None = None, rough: bool = False) -> Problem:
+def _problem(mission: Mission, margins: Margins, *, rough: bool = False) -> Problem:
     dynamics = mission_dynamics(mission)
     ends = fleet.ends(mission)
     policy = connections(mission, margins, dynamics)
@@ -87,5 +93,4 @@ def _problem(mission: Mission, margins: Margins, *, coarse: Problem | None = Non
         dt=mission.horizon.dt,
         control_weight=mission.solver.control_weight,
         ends=None if np.isnan(ends).all() else ends,
-        coarse=coarse,
     )

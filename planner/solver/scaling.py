@@ -14,7 +14,7 @@ from planner.solver.modes import ControlModes, Weights, control_modes
 
 def scaled_modes(problem: Problem) -> ControlModes:
     """Modes of accelerations from rest to rest, or free modes of whatever else the controls are."""
-    weights = Weights()
+    weights = Weights() if problem.modes is None else Weights(modes=problem.modes, packets=problem.modes // 2)
     rests = problem.dynamics.rests
     modes = control_modes(problem.steps, problem.dt, weights) if rests else free_modes(problem, weights)
     return with_ends(modes, problem)

@@ -88,8 +88,9 @@ class Search:
         return Lagrangian(problem, scaled_modes(problem), (*problem.constraints, *problem.preferences))
 
     def warm(self, initial: Plan) -> Runner:
-        """State of a plan given."""
-        z = self.lagrangian.modes.variables(initial.u).ravel()
+        """State of a plan given, on this grid or a coarser one."""
+        u = initial.u if len(initial.u) == self.problem.steps else refined_controls(initial.u, self.problem.steps)
+        z = self.lagrangian.modes.variables(u).ravel()
         return Runner(al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory))
 
     def cold(self) -> Runner:

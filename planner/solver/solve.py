@@ -33,7 +33,7 @@ def solve(
         problem: what to solve.
         settings: seed, time limit, starts, processes.
         progress: called after every round.
-        initial: plan of the same robots and steps to start from.
+        initial: plan of the same robots to start from, with steps as long or longer.
         should_stop: asked before every iteration; True ends the search with the best plan so far. If no motion meets
             every limit yet, the most promising one gets two more seconds to do so; likewise at the time limit.
         schedule: the augmented Lagrangian's pace; for studies of the solver.

@@ -17,9 +17,9 @@ def seen(monkeypatch):
     """What the pipeline asked for: margins and outcomes by round. The first certificate misses obstacles by 3 mm."""
     margins, outcomes = [], []
 
-    def built(mission, given):
+    def built(mission, given, **more):
         margins.append(given)
-        return build_problem(mission, given)
+        return build_problem(mission, given, **more)
 
     def solved(*args, **kwargs):
         outcomes.append(solve(*args, **kwargs))
