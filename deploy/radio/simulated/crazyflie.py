@@ -6,10 +6,12 @@ import threading
 from collections.abc import Callable, Mapping, MutableMapping
 
 from deploy.radio.simulated.commander import Commander, Priority
+from deploy.radio.simulated.decks import decks as decks_named
 from deploy.radio.simulated.high_level.commander import HighLevelCommander
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
 from deploy.radio.simulated.interface import Orders, PoseMeasurement, Setpoint, SetpointMode, Telemetry
 from deploy.radio.simulated.parameters import Parameters
+from deploy.radio.simulated.platform_defaults import platform_defaults
 from deploy.radio.simulated.ports import (
     FirmwareAssertion,
     console,
@@ -23,9 +25,11 @@ from deploy.radio.simulated.ports import (
     setpoint,
     supervisor,
 )
+from deploy.radio.simulated.ports.memories import memories
 from deploy.radio.simulated.supervisor import PERIOD, Inputs, State, Supervisor
 from deploy.radio.simulated.toc import log_toc, param_toc
 from deploy.radio.simulated.variables import Snapshot, live_variables
+from missions.airframes import Airframe
 
 BOOT_TIME = 1.15  # [s] from reset to the first packet (recorded firmware: 1.34 s to "ready to fly")
 _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (CONFIG_RADIO_ACTIVITY_TIMEOUT_MS)
@@ -48,6 +52,11 @@ class SimulatedCrazyflie:
         hardware: with the log and parameter groups that only hardware has (battery, radio, decks).
         uptime: seconds it has been switched on at time 0; it is then ready to fly.
         storage: persistent parameters by name; kept over reboots.
+        airframe: whose firmware is flashed; None: the Crazyflie 2.1's.
+        decks: board names of what is plugged in, see :mod:`deploy.radio.simulated.decks`; hardware only.
+
+    Raises:
+        ValueError: an unknown deck.
     """
 
     def __init__(
@@ -59,10 +68,16 @@ class SimulatedCrazyflie:
         hardware: bool = True,
         uptime: float = 10.0,
         storage: MutableMapping[str, bytes] | None = None,
+        airframe: Airframe | None = None,
+        decks: tuple[str, ...] = (),
     ) -> None:
         self.name, self.address = name, address
         self.storage: MutableMapping[str, bytes] = {} if storage is None else storage
         self._auto_arm, self._hardware = auto_arm, hardware
+        self._decks = decks_named(decks) if hardware else ()
+        values = {} if airframe is None else dict(platform_defaults(airframe))
+        values |= {f"deck.{name}": 1.0 for deck in self._decks for name in deck.parameters}
+        self._toc = param_toc(hardware, tuple(sorted(values.items())))
         self._lock = threading.RLock()
         self._receiver: Receiver | None = None
         self._t, self._booted, self._closed_at = 0.0, -uptime, 0.0
@@ -134,7 +149,7 @@ class SimulatedCrazyflie:
     def _start(self) -> None:
         """Everything a boot begins afresh."""
         self._snapshot = Snapshot(connected=self._receiver is not None)
-        self._parameters = Parameters(param_toc(self._hardware), self.storage)
+        self._parameters = Parameters(self._toc, self.storage)
         self._memory = TrajectoryMemory()
         self._high_level = HighLevelCommander(self._memory, self._parameters, self._uptime)
         self._commander = Commander()
@@ -155,11 +170,12 @@ class SimulatedCrazyflie:
 
     def _port_table(self) -> Mapping[int, Callable[[int, bytes], None]]:
         setpoints = setpoint.SetpointPorts(self._commander, self._high_level, self._parameters, self._uptime)
+        stores = memories(self._memory, self._count_tester_error, self._decks, self._hardware)
         return {
             console.PORT: self._console.receive,
             param.PORT: self._param.receive,
             setpoint.LEGACY_PORT: setpoints.receive_legacy,
-            memory.PORT: memory.MemoryPort(self._send, self._memory, self._count_tester_error).receive,
+            memory.PORT: memory.MemoryPort(self._send, stores).receive,
             log.PORT: self._log.receive,
             localization.PORT: self._localization.receive,
             setpoint.GENERIC_PORT: setpoints.receive_generic,

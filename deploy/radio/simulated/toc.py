@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 
@@ -119,6 +119,15 @@ def log_toc(hardware: bool = True) -> Toc:
 
 
 @cache
-def param_toc(hardware: bool = True) -> Toc:
-    """Table of the parameters."""
-    return _load("param", b"", hardware)
+def param_toc(hardware: bool = True, values: tuple[tuple[str, float], ...] = ()) -> Toc:
+    """Table of the parameters; ``values`` by full name replace defaults, which leaves the checksum as it is."""
+    toc = _load("param", b"", hardware)
+    entries = list(toc.entries)
+    for name, value in values:
+        if name not in toc.index:  # a build without that parameter
+            continue
+        entry = entries[toc.index[name]]
+        layout = PARAM_STRUCTS[entry.type & 0x0F]
+        whole = layout.format[-1] not in "efd"
+        entries[toc.index[name]] = replace(entry, default=layout.pack(round(value) if whole else value))
+    return Toc(tuple(entries), toc.crc)

@@ -18,6 +18,7 @@ from deploy.radio.simulated.physics.algebra import GRAVITY, Index
 from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.setpoints import SetpointTable
 from deploy.radio.simulated.physics.tuning import Tuning
+from deploy.radio.simulated.platform_defaults import platform_defaults
 from missions.airframes import Airframe
 from missions.arrays import Array, frozen
 
@@ -31,9 +32,6 @@ _DEFAULTS = {
     "ki_m_xy": 0.0, "ki_m_z": 500.0, "i_range_m_xy": 1.0, "i_range_m_z": 1500.0,
 }  # fmt: skip
 _MOMENT_MAX = 32000.0
-# massThrust 132000 counts/N is for motors of 0.12 N, 3.3 % less than ideal: 8 mm of sag, seen in the recordings.
-# Stronger motors need proportionally less: what a user of another airframe has to set in ctrlMel.massThrust.
-_MASS_THRUST, _MASS_THRUST_MOTOR = 132000.0, 0.12
 # vee(A - Aᵀ) as a linear map of A's nine entries.
 _VEE = frozen(
     [
@@ -59,10 +57,8 @@ class Mellinger:
         n = len(airframes)
         self._dt = dt
         self._parameters = {name: np.full(n, value) for name, value in _DEFAULTS.items()}
-        self._parameters["mass"] = np.array([a.mass for a in airframes])
-        self._parameters["massThrust"] = np.array(
-            [_MASS_THRUST * _MASS_THRUST_MOTOR / a.motor_thrust_max for a in airframes]
-        )
+        for name in ("mass", "massThrust"):
+            self._parameters[name] = np.array([platform_defaults(a)["ctrlMel." + name] for a in airframes])
         self._tuning = Tuning({"ctrlMel." + name: column for name, column in self._parameters.items()})
         self._integral = np.zeros((n, 3))
         self._attitude_error = np.zeros((n, 3, 9))

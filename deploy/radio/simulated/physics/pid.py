@@ -19,6 +19,7 @@ from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.rotors import COMMAND_MAX
 from deploy.radio.simulated.physics.setpoints import SetpointTable
 from deploy.radio.simulated.physics.tuning import Tuning, columns, per_drone
+from deploy.radio.simulated.platform_defaults import platform_defaults
 from missions.airframes import Airframe
 from missions.arrays import Array
 
@@ -28,11 +29,6 @@ _LEAST_CLIMB_MAX = 0.5  # [m/s] position_controller_pid.c keeps zVelMax above it
 _THRUST_SCALE, _THRUST_MIN = 1000.0, 20000.0
 _NOBODY: Index = np.zeros(0, dtype=np.intp)
 _UNLIMITED = 5000.0  # DEFAULT_PID_INTEGRATION_LIMIT
-# Brushed airframes and the Brushless one have different defaults (platform_defaults_cf2.h, _cf21bl.h): thrust base,
-# rate gains. The Brushless is told by its motors.
-_BRUSHED = (36000.0, (250.0, 250.0, 120.0), (500.0, 500.0, 16.7))
-_BRUSHLESS = (30000.0, (200.0, 200.0, 120.0), (400.0, 400.0, 16.7))
-_BRUSHLESS_MOTOR = 0.19  # [N]
 
 
 class Pid:
@@ -98,14 +94,17 @@ class CascadedPid:
     def __init__(self, airframes: Sequence[Airframe], dt: float) -> None:
         n = len(airframes)
         self._dt = dt
-        defaults = [_BRUSHLESS if a.motor_thrust_max > _BRUSHLESS_MOTOR else _BRUSHED for a in airframes]
+        defaults = [platform_defaults(a) for a in airframes]
         # Columns: thrustBase, thrustMin; xVelMax, yVelMax, zVelMax; rLimit, pLimit.
-        self._thrust = np.array([(base, _THRUST_MIN) for base, _, _ in defaults])
+        self._thrust = np.array([(d["posCtlPid.thrustBase"], _THRUST_MIN) for d in defaults])
         self._velocity_max, self._tilt_max = per_drone(_VELOCITY_MAX, n, 3), per_drone(_TILT_MAX, n, 2)
         self._position = Pid(2.0, (0.0, 0.0, 0.5), 0.0, _UNLIMITED, 0.0, (n, 3))
         self._velocity = Pid(25.0, (1.0, 1.0, 15.0), 0.0, _UNLIMITED, COMMAND_MAX / 2000.0, (n, 3))
         self._angle = Pid(6.0, (3.0, 3.0, 1.0), (0.0, 0.0, 0.35), (20.0, 20.0, 360.0), np.inf, (n, 3), cyclic=True)
-        kp, ki = np.array([p for _, p, _ in defaults]), np.array([i for _, _, i in defaults])
+        kp, ki = (
+            np.array([(d[f"pid_rate.roll_{gain}"], d[f"pid_rate.pitch_{gain}"], yaw) for d in defaults])
+            for gain, yaw in (("kp", 120.0), ("ki", 16.7))
+        )
         self._rate = Pid(kp, ki, (2.5, 2.5, 0.0), (33.3, 33.3, 166.7), 32767.0, (n, 3))
         self._yaw_max_delta = np.zeros((n, 1))  # [degrees] 0: none
         self._tuning = Tuning(self._parameters())
