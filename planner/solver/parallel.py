@@ -42,16 +42,24 @@ def solve_parallel(
     progress: Callable[[Progress], None] | None,
     should_stop: Callable[[], bool] | None,
 ) -> SolveOutcome:
-    """``settings.processes`` searches at once, with one deadline. Progress is the first process's."""
+    """``settings.processes`` searches at once, with one deadline. Progress is the first process's.
+
+    Whatever is raised here, a second Ctrl-C above all, ends the processes at once.
+    """
     deadline = time.time() + settings.time_limit
     context = multiprocessing.get_context("spawn")
     told, stop = context.Queue(), context.Event()
+    others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(settings.processes, context, _prepare, (told, stop)) as pool:
         futures = [
-            pool.submit(_search, problem, settings, schedule, deadline, process)
-            for process in range(settings.processes)
+            pool.submit(_search, problem, settings, schedule, deadline, stream) for stream in range(settings.processes)
         ]
-        _watch(futures, told, stop, progress, should_stop)
+        try:
+            _watch(futures, told, stop, progress, should_stop)
+        except BaseException:
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
+            raise
         found = [future.result() for future in futures]
     best = min(found, key=lambda item: (item.key, item.process)).outcome
     if best.plan is None:
