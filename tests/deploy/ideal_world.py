@@ -22,6 +22,7 @@ class IdealBody:
     running: bool = False
     tumbled: bool = False
     voltage: float = 4.0
+    accelerometer: Vec3 = (0.0, 0.0, 1.0)
     orders: Orders = field(default_factory=Orders)
     ticks_running: int = 0
 
@@ -31,6 +32,7 @@ class IdealBody:
             position=self.position,
             velocity=self.velocity,
             quaternion=(0.0, 0.0, math.sin(self.yaw / 2), math.cos(self.yaw / 2)),
+            accelerometer=self.accelerometer,
             motors=(level, level, level, level),
             battery_voltage=self.voltage,
             tumbled=self.tumbled,

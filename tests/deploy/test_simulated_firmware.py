@@ -258,16 +258,60 @@ def test_console_says_why_it_locked(bench):
     assert text == b"SUP: Locked, reboot required\n"
 
 
-def test_battery_state_needs_five_seconds():
-    bench = Bench(hardware=True)
+def battery_log(bench, name):
+    """Start logging one pm variable twice a second; a function gives its latest value."""
     toc = log_toc(True)
-    bench.body.voltage = 3.1
-    bench.send(5, 1, b"\x06\x01" + struct.pack("<BH", 0x44, toc.index["pm.state"]))
+    bench.send(5, 1, b"\x06\x01" + struct.pack("<BH", 0x44, toc.index[name]))
     bench.send(5, 1, b"\x03\x01\x32")
+    return lambda: [d[4] for p, c, d in bench.received if (p, c) == (5, 2)][-1]
+
+
+def test_battery_state_needs_five_seconds_and_a_low_battery_still_flies():
+    bench = Bench(hardware=True)
+    state = battery_log(bench, "pm.state")
+    bench.send(8, 0, b"\x07" + struct.pack("<Bff?f", 0, 1.0, 0.0, True, 1.0))
+    bench.body.voltage = 3.1
     bench.advance(4.0)
-    assert {d[4] for p, c, d in bench.received if (p, c) == (5, 2)} == {0}
+    assert state() == 0
     bench.advance(2.0)
-    assert [d[4] for p, c, d in bench.received if (p, c) == (5, 2)][-1] == 3
+    assert state() == 3  # a light and a sound; nothing lands by itself
+    assert bench.body.position[2] == pytest.approx(1.0, abs=1e-4)
+    bench.body.voltage = 3.3
+    bench.advance(0.6)
+    assert state() == 0
+
+
+def test_the_threshold_of_a_low_battery_is_a_parameter():
+    bench = Bench(hardware=True)
+    state = battery_log(bench, "pm.state")
+    bench.ask(2, 2, identified(param_toc(True).index["pm.lowVoltage"]) + struct.pack("<f", 3.9))
+    bench.body.voltage = 3.8
+    bench.advance(6.0)
+    assert state() == 3
+
+
+@pytest.mark.parametrize(("voltage", "level"), [(2.9, 0), (3.5, 10), (3.9, 50), (4.05, 90), (4.2, 90)])
+def test_battery_level_is_the_firmwares_guess_from_the_voltage(voltage, level):
+    bench = Bench(hardware=True)
+    bench.body.voltage = voltage
+    latest_level = battery_log(bench, "pm.batteryLevel")
+    bench.advance(0.6)
+    assert latest_level() == level
+
+
+def test_below_the_brown_out_voltage_everything_stops_until_there_is_enough_again():
+    bench = Bench()
+    bench.send(8, 0, b"\x07" + struct.pack("<Bff?f", 0, 1.0, 0.0, True, 1.0))
+    bench.advance(1.5)
+    bench.body.voltage = 2.4
+    bench.advance(5.0)
+    assert (bench.drone.reboots, bench.drone.is_alive, bench.body.running) == (1, False, False)
+    bench.body.voltage = 3.6
+    bench.advance(BOOT_TIME + TICK)
+    assert bench.ask(15, 0, b"abc") == [b"abc"]
+    bench.advance(3.0)
+    assert bench.info() == 0x020E
+    assert not bench.body.running
 
 
 def test_flight_is_refused_before_the_drone_knows_where_it_is():

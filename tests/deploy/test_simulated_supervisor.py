@@ -1,10 +1,12 @@
 """The supervisor's states and timings, against the recorded timeline and by the rules."""
 
 import json
+import struct
 from pathlib import Path
 
 import pytest
 
+from deploy.radio.simulated.toc import param_toc
 from tests.deploy.ideal_world import TICK
 from tests.deploy.simulated_bench import Bench
 from tests.deploy.test_simulated_protocol import upload_circle
@@ -95,6 +97,20 @@ def test_tumbling_in_flight_crashes_and_recovery_needs_the_right_way_up():
     assert bench.ask(9, 1, b"\x02") == [b"\x82\1\1"]
     bench.advance(3.0)
     assert bench.drone.info == READY
+
+
+@pytest.mark.parametrize(("allowed", "crashes"), [(0.0, False), (8.0, True), (12.0, False)])
+def test_a_blow_in_flight_is_a_crash_if_the_parameter_says_so(allowed, crashes):
+    bench = Bench()
+    index = param_toc(False).index["supervisor.crashDetectGs"]
+    bench.send(2, 2, struct.pack("<Hf", index, allowed))
+    hover(bench)
+    bench.body.accelerometer = (0.0, 6.0, 8.0)  # 10 g: 9 more than at rest
+    bench.advance(TICK)
+    bench.body.accelerometer = (0.0, 0.0, 1.0)
+    bench.advance(0.1)
+    assert bool(bench.drone.info & 0x80) is crashes
+    assert bench.body.running is not crashes
 
 
 def test_without_auto_arming_a_request_is_needed():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Mapping, MutableMapping
 
@@ -34,6 +35,7 @@ from missions.airframes import Airframe
 BOOT_TIME = 1.15  # [s] from reset to the first packet (recorded firmware: 1.34 s to "ready to fly")
 _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (CONFIG_RADIO_ACTIVITY_TIMEOUT_MS)
 _LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
+BROWN_OUT = 2.5  # [V] below which processors and radio stop (estimate: 2.8 V regulators, reset level of the STM32)
 _STEERING = frozenset({"posCtlPid", "velCtlPid", "pid_attitude", "pid_rate", "ctrlMel", "kalman"})  # groups
 _GROUNDED, _OFF = Orders(), Setpoint()
 
@@ -129,10 +131,15 @@ class SimulatedCrazyflie:
         with self._lock:
             self._t = t
             uptime = t - self._booted
+            if telemetry.battery_voltage < BROWN_OUT:
+                self._brown_out()
+                return _GROUNDED
             if uptime < 0.0:
                 return _GROUNDED
             snapshot = self._snapshot
             snapshot.telemetry = telemetry
+            if self._crash_g:
+                self._crashed |= abs(math.hypot(*telemetry.accelerometer) - 1.0) > self._crash_g
             goal = self._high_level.setpoint(telemetry)
             if goal is not None:
                 self._commander.offer(goal, Priority.HIGH_LEVEL, uptime)
@@ -164,6 +171,7 @@ class SimulatedCrazyflie:
         self._obeyed = -1  # version of the parameters that the orders' fields below were made of
         self._controller, self._initial_pose = _GROUNDED.controller, _GROUNDED.initial_pose
         self._tuning = _GROUNDED.tuning
+        self._crash_g, self._crashed = 0.0, False  # supervisor.crashDetectGs [g], felt since the supervisor's last step
         self._next_supervision = 0.0
         self._battery_good = 0.0
         self._ports = self._port_table()
@@ -204,6 +212,13 @@ class SimulatedCrazyflie:
         self._booted = self._t + BOOT_TIME
         self._start()
 
+    def _brown_out(self) -> None:
+        """Too little voltage to run: it boots when there is enough again."""
+        if self.is_alive:
+            self._reboot()
+        else:
+            self._booted = self._t + BOOT_TIME
+
     def _send(self, port: int, channel: int, data: bytes) -> None:
         if self._receiver is not None:
             self._receiver(port, channel, data)
@@ -224,6 +239,7 @@ class SimulatedCrazyflie:
         inputs = Inputs(
             motors_running=max(telemetry.motors) > idle,
             tumbled=telemetry.tumbled and bool(parameters["supervisor.tmblChckEn"]),
+            impact=self._crashed,
             setpoint_time=self._commander.updated,
             stop=bool(parameters["stabilizer.stop"]),
             preflight_timeout=parameters["supervisor.prefltTimeout"] / 1000.0,
@@ -231,6 +247,7 @@ class SimulatedCrazyflie:
             planner_bits=bits,
         )
         self._supervisor.step(now, inputs)
+        self._crashed = False
         self._high_level.block(not self._supervisor.can_fly)
         self._next_supervision = max(self._next_supervision + PERIOD, now)
         if telemetry.battery_voltage > parameters.get("pm.lowVoltage", 3.2):
@@ -262,6 +279,7 @@ class SimulatedCrazyflie:
                 self._param.notify("kalman.resetEstimation")
             x, y, z, yaw = (parameters[f"kalman.initial{axis}"] for axis in ("X", "Y", "Z", "Yaw"))
             self._controller, self._initial_pose = int(parameters["stabilizer.controller"]), ((x, y, z), yaw)
+            self._crash_g = parameters["supervisor.crashDetectGs"]
             tuning = parameters.changed(_STEERING)
             if tuning != self._tuning:
                 self._tuning = tuning

@@ -39,6 +39,7 @@ class Conditions(NamedTuple):
     armed: bool = False
     flying: bool = False
     tumbled: bool = False
+    impact: bool = False
     crashed: bool = False
     setpoint_old: bool = False
     setpoint_dead: bool = False
@@ -75,7 +76,7 @@ _TRANSITIONS: dict[State, tuple[Rule, ...]] = {
     ),
     State.FLYING: (
         (lambda c: c.setpoint_dead or c.emergency, State.FREE_FALL),
-        (lambda c: c.tumbled, State.CRASHED),
+        (lambda c: c.tumbled or c.impact, State.CRASHED),
         (lambda c: not c.armed, State.RESET),
         (lambda c: c.setpoint_old, State.LEVEL_OUT),
         (lambda c: not c.flying, State.LANDED),
@@ -107,6 +108,7 @@ class Inputs(NamedTuple):
     Attributes:
         motors_running: a motor turns above idle thrust.
         tumbled: on its side or back for long enough.
+        impact: a harder blow was felt than parameter supervisor.crashDetectGs allows.
         setpoint_time: when the setpoint in force arrived.
         stop: parameter stabilizer.stop.
         preflight_timeout, landed_timeout: parameters, [s].
@@ -115,6 +117,7 @@ class Inputs(NamedTuple):
 
     motors_running: bool = False
     tumbled: bool = False
+    impact: bool = False
     setpoint_time: float = 0.0
     stop: bool = False
     preflight_timeout: float = 30.0
@@ -197,6 +200,7 @@ class Supervisor:
             armed=self.armed,
             flying=self._motors_time is not None and t - self._motors_time < _FLYING_MEMORY,
             tumbled=inputs.tumbled,
+            impact=inputs.impact,
             crashed=self._crashed,
             setpoint_old=age > _SETPOINT_WARNING,
             setpoint_dead=age > _SETPOINT_TIMEOUT,

@@ -14,7 +14,7 @@ from deploy.radio.simulated.interface import PoseMeasurement, Setpoint, Setpoint
 from deploy.radio.simulated.quaternion import compress, euler, to_body
 
 _G = 9.81  # [m/s²]
-# Voltages [V] of a resting cell at 10 %, 20 % … 90 % (firmware pm_stm32f4.c).
+# Voltages [V] up to which the firmware says 0 %, 10 % … 90 % (pm_stm32f4.c, made for resting cells).
 _CHARGE = (3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10)
 _LOW_POWER = 3
 _MODES = {
@@ -166,7 +166,7 @@ def _system(s: Snapshot) -> dict[str, Getter]:
         "pm.vbat": lambda: s.telemetry.battery_voltage,
         "pm.vbatMV": lambda: s.telemetry.battery_voltage * 1000.0,
         "pm.state": lambda: _LOW_POWER if s.battery_low else 0,
-        "pm.batteryLevel": lambda: 10.0 * max(0, sum(s.telemetry.battery_voltage >= v for v in _CHARGE) - 1),
+        "pm.batteryLevel": lambda: 10 * min(9, sum(s.telemetry.battery_voltage > v for v in _CHARGE)),
         "radio.rssi": lambda: 40,
         "radio.isConnected": lambda: s.connected,
         "radio.numRxUc": lambda: s.packets_received,

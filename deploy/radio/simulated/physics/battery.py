@@ -3,7 +3,8 @@
 Open-circuit voltage over state of charge has the usual LiPo shape between the airframe's full and empty voltages;
 under load it drops over the internal resistance. Rotors draw power like thrust^1.5 (momentum theory), scaled to the
 airframe's power in hover. Below the voltage at which the motors' greatest thrust was specified, that thrust falls with
-the square of the voltage. Idealised: temperature, ageing, and the recovery of a resting cell are left out.
+the square of the voltage. An empty cell is cut off by its protection and gives nothing any more. Idealised:
+temperature, ageing, and the recovery of a resting cell are left out.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ class Batteries:
         power = _ELECTRONICS + self._power * (thrust * np.sqrt(thrust)).sum(axis=1)
         current = power / np.maximum(self.voltage, 1.0)
         self.charge = np.maximum(self.charge - current * (dt / self._capacity), 0.0)
-        self.voltage = np.maximum(self._open_circuit() - self._resistance * current, 0.0)
+        loaded = np.maximum(self._open_circuit() - self._resistance * current, 0.0)
+        self.voltage = np.where(self.charge > 0.0, loaded, 0.0)
 
     def available_thrust(self) -> Array:
         """(N,) share of the greatest thrust that the voltage allows; an empty battery turns nothing."""
