@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable, Mapping
-from typing import Protocol
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Protocol, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 import cflib.crtp
@@ -28,6 +29,7 @@ _ECHO, _CFLIBS = 0xF0, b"\0"  # header (port 15, channel 0; reserved bits apart)
 
 StatisticsCallback = Callable[[dict[str, float]], None]
 ErrorCallback = Callable[[str], None]
+Inbox: TypeAlias = "queue.SimpleQueue[CRTPPacket | None]"
 
 
 class Traffic:
@@ -41,10 +43,31 @@ class Traffic:
         self.lock = threading.Lock()
         self._pending = 0
         self._calm = threading.Condition(self.lock)
+        self._held: list[tuple[Inbox, CRTPPacket]] | None = None
 
-    def add(self) -> None:
-        """A packet was queued for a client. The caller holds the lock."""
+    def add(self, inbox: Inbox, packet: CRTPPacket) -> None:
+        """Queue a packet for a client. The caller holds the lock."""
         self._pending += 1
+        if self._held is None:
+            inbox.put(packet)
+        else:
+            self._held.append((inbox, packet))
+
+    @contextmanager
+    def hold(self) -> Iterator[None]:
+        """Let clients have what they are sent in here only at the end.
+
+        Their threads would wake up packet by packet and take the interpreter from the physics at every matrix product.
+        """
+        with self.lock:
+            self._held = []
+        try:
+            yield
+        finally:
+            with self.lock:
+                held, self._held = self._held, None
+                for inbox, packet in held:
+                    inbox.put(packet)
 
     def done(self, count: int) -> None:
         """Packets were digested: their callbacks returned, or nobody will ever call them. The caller holds the lock."""
@@ -95,7 +118,7 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
         super().__init__()
         self.needs_resending = False
         self.uri = ""
-        self._inbox: queue.SimpleQueue[CRTPPacket | None] = queue.SimpleQueue()
+        self._inbox: Inbox = queue.SimpleQueue()
         self._outstanding = 0  # queued, not digested
         self._taken = 0  # handed to cflib and not yet counted as digested
         self._closed = True
@@ -223,8 +246,7 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
                 return
             self._outstanding += 1
             self._received += 1
-            self._traffic.add()
-            self._inbox.put(packet)
+            self._traffic.add(self._inbox, packet)
 
     def _digested(self) -> None:
         taken, self._taken = self._taken, 0

@@ -125,9 +125,10 @@ class SimulatedSwarm:
 
     def advance(self, t: float) -> None:
         """Move radio and world to ``t`` [s]; then report to cflib what a radio driver would."""
-        if self._air is not None:
-            self._air.advance(t)
-        self._world.advance(t)
+        with self._traffic.hold():
+            if self._air is not None:
+                self._air.advance(t)
+            self._world.advance(t)
         with self._lock:
             clients = list(self._clients.items())
         for name, client in clients:
