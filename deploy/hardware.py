@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Protocol, TypeVar
 
-from deploy.clock import SystemClock
+from deploy.clock import Clock, SystemClock
 from deploy.errors import LinkError
-from deploy.execute import fly
+from deploy.execute import check, fly
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
 from deploy.planfile import plan_bytes
+from deploy.preflight import PreflightReport
 from deploy.radio.cache import toc_cache
 from deploy.radio.links import initialise, require_crazyradio
 from missions.schema import Mission
+from mocap.setup import in_world
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
+
+T_co = TypeVar("T_co", covariant=True)
 
 
 def uris_of(mission: Mission) -> Mapping[str, str]:
@@ -70,13 +75,53 @@ def fly_hardware(
     Raises:
         LinkError: no radio, or no URIs. DeployError: as ``fly``.
     """
+    return _on_hardware(fly, flight_plan, log_path, mocap, operator, observer)
+
+
+def check_hardware(
+    flight_plan: FlightPlan,
+    *,
+    log_path: str | Path,
+    mocap: Callable[[SystemClock], MocapSource | None],
+    operator: Operator,
+    observer: Callable[[FlightStatus], None] | None = None,
+) -> tuple[PreflightReport, Path]:
+    """Make every pre-flight check on real drones and fly nothing; as :func:`fly_hardware` else."""
+    return _on_hardware(check, flight_plan, log_path, mocap, operator, observer)
+
+
+class _Act(Protocol[T_co]):
+    """``fly`` or ``check``."""
+
+    def __call__(
+        self,
+        flight_plan: FlightPlan,
+        *,
+        uris: Mapping[str, str],
+        mocap: MocapSource | None,
+        clock: Clock,
+        log: FlightLog,
+        operator: Operator | None,
+        observer: Callable[[FlightStatus], None] | None,
+        toc_cache: Path | None,
+    ) -> T_co: ...
+
+
+def _on_hardware(
+    act: _Act[T_co],
+    flight_plan: FlightPlan,
+    log_path: str | Path,
+    mocap: Callable[[SystemClock], MocapSource | None],
+    operator: Operator,
+    observer: Callable[[FlightStatus], None] | None,
+) -> tuple[T_co, Path]:
     uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
     source = mocap(clock)
     try:
         metadata = {**flight_plan.versions, "backend": "hardware"}
         with FlightLog(log_path, clock.epoch, {"plan.mcap": plan_bytes(flight_plan)}, metadata) as log:
-            outcome = fly(
+            result = act(
                 flight_plan,
                 uris=uris,
                 mocap=source,
@@ -89,4 +134,4 @@ def fly_hardware(
     finally:
         if source is not None:
             source.close()
-    return outcome, log.path
+    return result, log.path

@@ -29,6 +29,7 @@ from missions.fields import NAME
 from missions.fields import Vector as Vector
 from missions.fields import field as field
 from missions.flight import Flight as Flight
+from missions.motion_capture import MotionCapture as MotionCapture
 from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
@@ -249,6 +250,9 @@ class Mission:
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())
     solver: SolverSettings = field("how to search for a plan", default=SolverSettings())
     radio: Radio = field("what the radio carries, and how punctual it is", default=Radio())
+    motion_capture: MotionCapture = field(
+        "how motion capture sees the robots, and in which frame", default=MotionCapture()
+    )
     safety: Safety = field("what happens when something goes wrong", default=Safety())
     source: MissionSource | None = dataclasses.field(
         default=None, repr=False, compare=False, metadata={"internal": True}

@@ -1,13 +1,13 @@
 """From the motion-capture system's frame to the world frame.
 
 A capture volume has its own origin, and some systems have y up. Everything downstream is in the world frame, z up; the
-one place where the two meet is a :class:`RigidTransform`.
+one place where the two meet is a :class:`CaptureFrame`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from mocap.source import MocapFrame, MocapSource, Pose
@@ -81,29 +81,70 @@ class RigidTransform:
         turned = None if pose.quaternion is None else _multiply(self.quaternion, pose.quaternion)
         return Pose(self.point(pose.position), turned)
 
-    def frame(self, frame: MocapFrame) -> MocapFrame:
-        """Transform all bodies of a frame."""
-        return replace(frame, bodies={name: self.pose(pose) for name, pose in frame.bodies.items()})
+
+@dataclass(frozen=True)
+class CaptureFrame:
+    """The frame a capture system reports in.
+
+    Attributes:
+        placement: world from capture frame, once that has z up and metres.
+        up: its axis that points up, ``"z"`` or ``"y"``. Bodies are defined in the same convention: a level body whose
+            orientation is reported as none has its own y axis up as well, so axes of room and body are renamed alike.
+        unit: length of its unit [m].
+    """
+
+    placement: RigidTransform = RigidTransform()
+    up: str = "z"
+    unit: float = 1.0
+
+    def to_world(self, frame: MocapFrame) -> MocapFrame:
+        """A frame as reported, in the world frame, z up, metres."""
+        axes = RigidTransform.from_up_axis(self.up)
+        return _mapped(frame, lambda pose: self.placement.pose(_renamed(_scaled(pose, self.unit), axes)))
+
+    def from_world(self, frame: MocapFrame) -> MocapFrame:
+        """A frame of the world, as the system would report it."""
+        axes, back = RigidTransform.from_up_axis(self.up).inverse(), self.placement.inverse()
+        return _mapped(frame, lambda pose: _scaled(_renamed(back.pose(pose), axes), 1.0 / self.unit))
 
 
-class TransformedSource:
-    """A source whose frames are in another frame of reference.
+class MappedSource:
+    """A source whose frames are those of another, changed one by one.
 
     Args:
         source: where the frames come from; closed with this one.
-        world_from_capture: what to apply.
+        change: makes the new frame.
     """
 
-    def __init__(self, source: MocapSource, world_from_capture: RigidTransform) -> None:
-        self._source, self._transform = source, world_from_capture
+    def __init__(self, source: MocapSource, change: Callable[[MocapFrame], MocapFrame]) -> None:
+        self._source, self._change = source, change
 
     def poll(self) -> Sequence[MocapFrame]:
-        """New frames, oldest first, in the world frame."""
-        return [self._transform.frame(frame) for frame in self._source.poll()]
+        """New frames, oldest first."""
+        return [self._change(frame) for frame in self._source.poll()]
 
     def close(self) -> None:
         """Close the source."""
         self._source.close()
+
+
+def _mapped(frame: MocapFrame, change: Callable[[Pose], Pose]) -> MocapFrame:
+    """All bodies and points of a frame."""
+    points = tuple(change(Pose(point)).position for point in frame.points)
+    return replace(frame, bodies={name: change(pose) for name, pose in frame.bodies.items()}, points=points)
+
+
+def _scaled(pose: Pose, factor: float) -> Pose:
+    x, y, z = pose.position
+    return Pose((x * factor, y * factor, z * factor), pose.quaternion)
+
+
+def _renamed(pose: Pose, axes: RigidTransform) -> Pose:
+    """The same pose with other names for the axes of the room, and those of the body alike."""
+    if pose.quaternion is None:
+        return Pose(axes.point(pose.position))
+    turned = _multiply(_multiply(axes.quaternion, pose.quaternion), axes.inverse().quaternion)
+    return Pose(axes.point(pose.position), turned)
 
 
 def _multiply(a: Quat, b: Quat) -> Quat:

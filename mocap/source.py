@@ -28,11 +28,15 @@ class MocapFrame:
         t: host clock time of the measurement [s], the flight's clock.
         number: frame number, rising.
         bodies: poses by rigid-body name.
+        points: unlabelled markers [m], in any order.
+        doubtful: bodies that are absent because a marker could be theirs or another's.
     """
 
     t: float
     number: int
     bodies: Mapping[str, Pose]
+    points: tuple[tuple[float, float, float], ...] = ()
+    doubtful: tuple[str, ...] = ()
 
 
 class MocapSource(Protocol):

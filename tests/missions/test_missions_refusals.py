@@ -93,13 +93,42 @@ MEANING = [
         r"trajectory\.yaw_rate: got 11; allowed: at most 10 \[rad/s\] for airframe cf21",
     ),
     ("  tolerance: 0.01", "  yaw_rate: 0.0", r"trajectory\.yaw_rate: got 0\.0; allowed: above 0, at most 20 \[rad/s\]"),
-    ("  tolerance: 0.01", "  yaw: {type: along}", r"trajectory\.yaw\.type: got 'along'; allowed: fixed, path, facing"),
     (
-        "  tolerance: 0.01",
+        "  yaw: {type: fixed}",
+        "  yaw: {type: along}",
+        r"trajectory\.yaw\.type: got 'along'; allowed: fixed, path, facing",
+    ),
+    (
+        "  yaw: {type: fixed}",
         "  yaw: {type: facing}",
         r"trajectory\.yaw: missing key 'point': \(x, y\) of what they look at",
     ),
-    ("  tolerance: 0.01", "  yaw: {type: fixed, angle: 90.0}", r"yaw\.angle: got 90\.0; allowed: at least -6\.2832"),
+    ("  yaw: {type: fixed}", "  yaw: {type: fixed, angle: 90.0}", r"yaw\.angle: got 90\.0; allowed: at least -6\.2832"),
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nmotion_capture: {tracking: marker}",
+        r"motion_capture\.tracking: got 'marker'; allowed: bodies, positions, markers",
+    ),
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nmotion_capture: {up: x}",
+        r"motion_capture\.up: got 'x'; allowed: z, y",
+    ),
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nmotion_capture: {unit: 0.0}",
+        r"motion_capture\.unit: got 0\.0; allowed: above 0",
+    ),
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nmotion_capture: {origin: [1.0, 2.0]}",
+        r"motion_capture\.origin: got 2 .*allowed: .*3",
+    ),
+    (
+        "name: imec_four_drones",
+        "name: imec_four_drones\nmotion_capture: {height: 20.0}",
+        r"motion_capture\.height: got 20\.0; allowed: at least -0\.2, at most 0\.2 \[m\]",
+    ),
     (
         "name: imec_four_drones",
         "name: imec_four_drones\nradio: {packet_rate: 10.0}",

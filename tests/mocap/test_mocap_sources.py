@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mocap.frames import RigidTransform, TransformedSource
+from mocap.frames import CaptureFrame, MappedSource, RigidTransform
 from mocap.replay import ReplayMocap
 from mocap.simulated import SimulatedMocap
 from mocap.source import MocapFrame, Pose
@@ -142,7 +142,7 @@ def test_a_y_up_frame_becomes_z_up_without_mirroring():
 
 def test_a_transformed_source_is_a_source_in_the_world_frame():
     stage = Stage(noise_position=0.0, noise_angle=0.0, latency=0.0)
-    source = TransformedSource(stage.source, RigidTransform.from_yaw(math.pi / 2, (10.0, 0.0, 0.0)))
+    source = MappedSource(stage.source, CaptureFrame(RigidTransform.from_yaw(math.pi / 2, (10.0, 0.0, 0.0))).to_world)
     stage.let_time_pass()
     (frame,) = source.poll()
     assert frame.bodies["a"].position == pytest.approx((8.0, 1.0, 0.01))
