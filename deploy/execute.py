@@ -12,8 +12,9 @@ from types import MappingProxyType
 
 from deploy.clock import Clock
 from deploy.errors import DeployError
-from deploy.flight import ground, manoeuvres, passages
+from deploy.flight import manoeuvres, passages
 from deploy.flight.loop import EmergencyStop, Flight
+from deploy.flight.muster import Muster
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Nobody, Operator
@@ -57,23 +58,61 @@ def fly(
         FlightAborted: it ended before take-off (a drone did not get ready, or the operator said so).
     """
     PreflightReport(check_plan(flight_plan)).require()
-    names = [robot.name for robot in flight_plan.mission.robots]
-    if missing := [name for name in names if not uris.get(name)]:
-        raise DeployError(f"no link URI for {', '.join(missing)}; give each robot a 'uri' in the mission")
-    fleet = Fleet([Drone(name, uris[name], clock, toc_cache) for name in names], clock)
-    flight = Flight(flight_plan, fleet, mocap, clock, log, operator or Nobody(), observer)
+    flight = _flight(flight_plan, uris, mocap, clock, log, operator, observer, toc_cache)
     try:
         return _fly(flight)
     finally:
         _close(flight)
 
 
+def check(
+    flight_plan: FlightPlan,
+    *,
+    uris: Mapping[str, str],
+    mocap: MocapSource | None,
+    clock: Clock,
+    log: FlightLog,
+    operator: Operator | None = None,
+    observer: Callable[[FlightStatus], None] | None = None,
+    toc_cache: Path | None = None,
+) -> PreflightReport:
+    """Make every pre-flight check of a plan and its drones, and fly nothing; arguments as of :func:`fly`.
+
+    Drones that cannot be connected fail the check ``connection``; the others are checked all the same.
+
+    Raises:
+        FlightAborted: the operator said so.
+    """
+    flight = _flight(flight_plan, uris, mocap, clock, log, operator, observer, toc_cache)
+    try:
+        return Muster(flight).check()
+    finally:
+        _close(flight)
+
+
+def _flight(
+    flight_plan: FlightPlan,
+    uris: Mapping[str, str],
+    mocap: MocapSource | None,
+    clock: Clock,
+    log: FlightLog,
+    operator: Operator | None,
+    observer: Callable[[FlightStatus], None] | None,
+    toc_cache: Path | None,
+) -> Flight:
+    names = [robot.name for robot in flight_plan.mission.robots]
+    if missing := [name for name in names if not uris.get(name)]:
+        raise DeployError(f"no link URI for {', '.join(missing)}; give each robot a 'uri' in the mission")
+    fleet = Fleet([Drone(name, uris[name], clock, toc_cache) for name in names], clock)
+    return Flight(flight_plan, fleet, mocap, clock, log, operator or Nobody(), observer)
+
+
 def _fly(flight: Flight) -> FlightOutcome:
     began = flight.clock.now()
-    report, landed = PreflightReport(), dict.fromkeys(flight.fleet, True)
+    report, landed = PreflightReport(), {}
     reason = ""
     try:
-        report = _prepare(flight)
+        report = Muster(flight).make_ready()
         landed = _airborne(flight)
     except EmergencyStop:
         reason = "the operator stopped the motors"
@@ -88,18 +127,6 @@ def _fly(flight: Flight) -> FlightOutcome:
         if flight.phases.airborne:  # something nobody foresaw is on its way up
             _bring_down(flight, "the flight software failed")
     return _outcome(flight, began, reason, report, landed)
-
-
-def _prepare(flight: Flight) -> PreflightReport:
-    """Everything before take-off; nobody moves."""
-    flight.event("phase", flight.phases.now.value)
-    parameters = ground.connect(flight)
-    ground.settle_estimators(flight)
-    report = ground.check(flight, parameters)
-    ground.upload_all(flight)
-    flight.note_ground()
-    ground.arm(flight)
-    return report
 
 
 def _airborne(flight: Flight) -> dict[str, bool]:
@@ -155,4 +182,5 @@ def _outcome(
         start_skew=flight.search.skew,
         largest_error=MappingProxyType(dict(flight.largest_error)),
         duration=flight.clock.now() - began,
+        left_behind=MappingProxyType(dict(flight.left_behind)),
     )

@@ -6,7 +6,7 @@ All drones are checked before anybody is told, and every failure is listed.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -29,6 +29,10 @@ POSE_AGE_LIMIT = 0.2  # s
 AGREEMENT_LIMIT = 0.05  # m
 PAD_LIMIT = 0.15  # m
 TILT_LIMIT = math.radians(15.0)
+SETTLED_DEVIATION = 0.05  # m: how far the filter may be off by its own account, one standard deviation
+DISK_LIMIT = 200.0  # MB; half an hour of ten drones takes about as much
+# What may well be over in a second: worth another look before anybody is left behind.
+PASSING = frozenset({"link latency", "link quality", "supervisor", "pose", "estimate agrees with pose", "estimator"})
 
 
 @dataclass(frozen=True)
@@ -49,9 +53,13 @@ class PreflightCheck:
     limit: str
     remedy: str = ""
 
+    @property
+    def text(self) -> str:
+        """All but the robot, in one line."""
+        return f"{self.name}: {self.value} (allowed: {self.limit})" + (f"; {self.remedy}" if self.remedy else "")
+
     def __str__(self) -> str:
-        who = f"{self.robot}: " if self.robot else ""
-        return f"{who}{self.name}: {self.value} (allowed: {self.limit}); {self.remedy}"
+        return f"{self.robot}: {self.text}" if self.robot else self.text
 
 
 @dataclass(frozen=True)
@@ -82,6 +90,8 @@ class DroneFacts:
         pose: where motion capture sees it [m], None without one. pose_age: [s].
         estimate: where it believes to be [m]. tilt: from the vertical [rad], NaN if unknown.
         parameters: on-board parameters that were set and read back.
+        decks: positioning decks; None if the firmware knows of none.
+        deviation: of the estimated position by the filter's own account [m]; NaN if unknown.
     """
 
     robot: str
@@ -96,6 +106,8 @@ class DroneFacts:
     estimate: Vec3 | None
     tilt: float
     parameters: Mapping[str, float]
+    decks: tuple[str, ...] | None = None
+    deviation: float = math.nan
 
 
 def check_plan(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
@@ -132,29 +144,78 @@ def _repeated(plan: FlightPlan) -> PreflightCheck:
     return _judge("certificate, computed again", "", not differing, found, "the same", remedy)
 
 
-def check_log(failure: str) -> PreflightCheck:
-    """The flight log is being written."""
-    return _judge("flight log", "", not failure, failure or "open", "open", "free disk space, or log elsewhere")
+def check_log(failure: str, free: float) -> tuple[PreflightCheck, ...]:
+    """The flight log is being written, and has room.
+
+    Args:
+        failure: why it is not being written; empty if it is.
+        free: room on its disk [MB].
+    """
+    remedy = "free disk space, or log elsewhere"
+    return (
+        _judge("flight log", "", not failure, failure or "open", "open", remedy),
+        _judge("disk", "", free >= DISK_LIMIT, f"{free:.0f} MB", f">= {DISK_LIMIT:.0f} MB", remedy),
+    )
 
 
-def check_fleet(plan: FlightPlan, drones: Sequence[DroneFacts], external: bool) -> tuple[PreflightCheck, ...]:
-    """All checks of all drones.
+def check_limits(plan: FlightPlan) -> tuple[PreflightCheck, ...]:
+    """What the certificate has proven of the geofence and the radio, by name; without it there is no such check."""
+    inside = [c for c in plan.certificate.checks if c.name == "workspace" or c.name.endswith("geofence")]
+    load = [c for c in plan.certificate.checks if c.name == "radio load"]
+    checks = []
+    if inside:
+        least = min(inside, key=lambda check: check.value - check.limit)
+        found = f"{least.value:.2f} {least.unit} inside ({least.name}, {least.where})"
+        limit, remedy = f">= {least.limit:g} {least.unit}", "a larger flight.geofence_margin, or plan again"
+        checks.append(_judge("geofence contains the flight", "", all(c.passed for c in inside), found, limit, remedy))
+    for check in load:
+        result: Result = "pass" if check.passed else "warning"
+        remedy = "" if check.passed else "fewer drones a dongle, lower flight.pose_rate or log_rate"
+        value, limit = f"{check.value:.0f} {check.unit} ({check.where})", f"<= {check.limit:.0f} {check.unit}"
+        checks.append(PreflightCheck("radio budget", "", result, value, limit, remedy))
+    return tuple(checks)
+
+
+def check_drone(plan: FlightPlan, drone: DroneFacts, external: bool) -> tuple[PreflightCheck, ...]:
+    """All checks of one drone.
 
     Args:
         plan: what shall fly.
-        drones: what is known, in the mission's order.
+        drone: what is known of it.
         external: whether motion capture positions the drones.
     """
-    checks: list[PreflightCheck] = []
-    for drone in drones:
-        checks += _link_checks(drone)
-        checks += _machine_checks(plan, drone)
-        checks += _place_checks(plan.mission, drone, external)
-    versions = sorted({drone.firmware for drone in drones})
-    same: Result = "pass" if len(versions) == 1 else "warning"
+    return (
+        *_link_checks(drone),
+        *_machine_checks(plan, drone),
+        *_position_checks(drone, external),
+        *_place_checks(plan.mission, drone, external),
+    )
+
+
+def failed_before(robot: str, reason: str) -> PreflightCheck:
+    """The check of a drone that could not even be asked."""
+    remedy = "switch it on, come closer, check uri and parameters"
+    return PreflightCheck("connection", robot, "failure", reason, "connected and set up", remedy)
+
+
+def check_left(left: int, fewest: int, failing: str) -> PreflightCheck:
+    """Why nobody is left behind: too few others, or what of their certificate fails (empty: too few)."""
+    if failing:
+        remedy = "make everybody fit, or plan without them"
+        return PreflightCheck("certificate of the others", "", "failure", failing, "every check passed", remedy)
+    return PreflightCheck("robots left", "", "failure", str(left), f">= {fewest} (safety.min_robots)", "make them fit")
+
+
+def check_same(firmware: Mapping[str, str]) -> PreflightCheck:
+    """Everybody flies the same firmware.
+
+    Args:
+        firmware: version by robot.
+    """
+    versions = sorted(set(firmware.values()))
+    same: Result = "pass" if len(versions) <= 1 else "warning"
     remedy = "" if same == "pass" else "flash all drones with the same release"
-    checks.append(PreflightCheck("same firmware", "", same, ", ".join(versions), "one version", remedy))
-    return tuple(checks)
+    return PreflightCheck("same firmware", "", same, ", ".join(versions) or "unknown", "one version", remedy)
 
 
 def pad_of(mission: Mission, robot: str) -> tuple[float, float]:
@@ -241,6 +302,28 @@ def _machine_checks(plan: FlightPlan, drone: DroneFacts) -> list[PreflightCheck]
             "put it on a level pad",
         ),
     ]
+
+
+def _position_checks(drone: DroneFacts, external: bool) -> list[PreflightCheck]:
+    """Something tells the drone where it is, and its filter believes it."""
+    robot, checks = drone.robot, []
+    if not external:
+        decks = "firmware knows of none" if drone.decks is None else ", ".join(drone.decks) or "none"
+        result: Result = "warning" if drone.decks is None else "pass" if drone.decks else "failure"
+        remedy = "" if drone.decks else "fly with motion capture, or mount a deck that knows where it is"
+        checks.append(PreflightCheck("positioning deck", robot, result, decks, "one that tells positions", remedy))
+    if not math.isnan(drone.deviation):
+        checks.append(
+            _judge(
+                "estimator",
+                robot,
+                drone.deviation <= SETTLED_DEVIATION,
+                f"sure to {drone.deviation * 100:.1f} cm",
+                f"<= {SETTLED_DEVIATION * 100:.0f} cm",
+                "is its position sent, or its deck in view of base stations or anchors?",
+            )
+        )
+    return checks
 
 
 def _place_checks(mission: Mission, drone: DroneFacts, external: bool) -> list[PreflightCheck]:

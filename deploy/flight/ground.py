@@ -1,15 +1,20 @@
-"""On the ground: connect, set up, settle the estimators, check, upload, arm."""
+"""On the ground: connect, set up, settle the estimators, check, upload, arm; each for some drones, failures by drone.
+
+Who is tried again and who is left behind is decided in ``muster.py``.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection
+from typing import TypeAlias
 
-from deploy.errors import CommandRefused, FlightAborted
+from deploy.errors import CommandRefused, DeployError
 from deploy.flight.loop import Flight
 from deploy.flight.poses import heading
+from deploy.flight.records import Ready
 from deploy.phases import TABLE, Phase
-from deploy.preflight import DroneFacts, PreflightReport, check_fleet, check_log, check_plan
+from deploy.preflight import SETTLED_DEVIATION, DroneFacts, PreflightCheck, check_drone
 from deploy.radio.drone import Drone
 from deploy.radio.memory import TRAJECTORY
 from deploy.upload import upload
@@ -18,9 +23,18 @@ from missions.schema import Mission
 _CONTROLLERS = {"pid": 1, "mellinger": 2}
 _KALMAN = 2
 # How far the filter may be off by its own account, as standard deviations.
-_SETTLED_POSITION, _SETTLED_VELOCITY = 0.05, 0.2  # m, m/s
+_SETTLED_POSITION, _SETTLED_VELOCITY = SETTLED_DEVIATION, 0.2  # m, m/s
 _SETTLED_AGREEMENT = 0.03  # m, between estimate and motion capture; the pre-flight check allows a little more
 _SETTLED_FOR = 1.0  # s
+# Read-only parameters that say whether a deck is there (lighthouse_deck, locodeck.c, flowdeck_v1v2.c).
+POSITIONING_DECKS = {
+    "Lighthouse": "deck.bcLighthouse4",
+    "Loco": "deck.bcDWM1000",
+    "Flow": "deck.bcFlow",
+    "Flow 2": "deck.bcFlow2",
+}
+Names: TypeAlias = Collection[str]
+Failures: TypeAlias = dict[str, DeployError]
 
 
 def parameters_of(mission: Mission, external: bool) -> dict[str, float]:
@@ -39,37 +53,48 @@ def parameters_of(mission: Mission, external: bool) -> dict[str, float]:
     return parameters | {name: float(value) for name, value in mission.flight.parameters.items()}
 
 
-def connect(flight: Flight) -> Mapping[str, Mapping[str, float]]:
-    """Open all links, set and read back the parameters, start telemetry. Returns what each drone holds.
-
-    Raises:
-        FleetError: with what failed on which drone.
-    """
+def connect(flight: Flight, names: Names) -> Failures:
+    """Open links, set and read back the parameters, start telemetry."""
     mission = flight.plan.mission
-    flight.fleet.each("connecting", Drone.connect, flight.tick)
     wanted = parameters_of(mission, flight.poses.external)
 
-    def set_up(drone: Drone) -> dict[str, float]:
+    def set_up(drone: Drone) -> Ready:
+        drone.connect()
         held = {name: drone.set_parameter(name, value) for name, value in wanted.items()}
         drone.start_telemetry(mission.flight.log_rate)
-        return held
+        try:
+            memory = drone.memory(TRAJECTORY).size
+        except CommandRefused:
+            memory = 0
+        return Ready(drone.firmware(), memory, decks(drone), held)
 
-    held = flight.fleet.each("setting up", set_up, flight.tick)
-    flight.enter(Phase.CONNECTED)
-    return held
+    ready, failures = flight.fleet.attempt(set_up, flight.tick, among=names)
+    flight.ready |= ready
+    return failures
 
 
-def settle_estimators(flight: Flight) -> None:
+def decks(drone: Drone) -> tuple[str, ...] | None:
+    """Positioning decks a drone has by its own word; None if its firmware knows of none. Raises LinkError."""
+    known, found = False, []
+    for name, parameter in POSITIONING_DECKS.items():
+        try:
+            present = drone.read_parameter(parameter)
+        except CommandRefused:
+            continue  # built without this deck's driver
+        known = True
+        found += [name] * bool(present)
+    return tuple(found) if known else None
+
+
+def settle_estimators(flight: Flight, names: Names) -> Failures:
     """Reset every filter to where motion capture sees its drone, and wait until it believes that.
 
     A filter that does not settle is not an error here: the pre-flight checks say what is wrong with which drone.
-
-    Raises:
-        FleetError: a drone did not take the reset.
     """
-    flight.wait_until(lambda: all(flight.poses.located(name) for name in flight.fleet), 2.0)
+    flight.wait_until(lambda: all(flight.poses.located(name) for name in names), 2.0)
 
     def reset(drone: Drone) -> None:
+        drone.resume_telemetry("variance")
         located = flight.poses.located(drone.name) if flight.poses.external else None
         if located is not None:
             x, y, z = located.pose.position
@@ -80,14 +105,14 @@ def settle_estimators(flight: Flight) -> None:
         drone.set_parameter("kalman.resetEstimation", 1, compare=False)
         drone.set_parameter("kalman.resetEstimation", 0, compare=False)
 
-    flight.fleet.each("resetting the estimator", reset, flight.tick)
+    _, failures = flight.fleet.attempt(reset, flight.tick, among=names)
     asked = flight.clock.now()
-    unsettled = dict.fromkeys(flight.fleet, asked)
+    unsettled = {name: asked for name in names if name not in failures}
 
     def settled() -> bool:
         now = flight.clock.now()
-        for name in flight.fleet:
-            if not _settled(flight, name, asked):
+        for name in unsettled:
+            if flight.fleet[name].connected and not _settled(flight, name, asked):
                 unsettled[name] = now
         return all(now - since >= _SETTLED_FOR for since in unsettled.values())
 
@@ -96,67 +121,57 @@ def settle_estimators(flight: Flight) -> None:
     else:
         late = [name for name, since in unsettled.items() if flight.clock.now() - since < _SETTLED_FOR]
         flight.event("estimators", f"not settled: {', '.join(late)}", level="warning")
+    for name in unsettled:
+        flight.fleet[name].stop_telemetry("variance")  # nobody looks at it in the air
+    return failures
 
 
-def check(flight: Flight, parameters: Mapping[str, Mapping[str, float]]) -> PreflightReport:
-    """Make all pre-flight checks and write every one of them to the log.
-
-    Raises:
-        PreflightError: with every failure. FleetError: a drone stopped answering.
-    """
-    facts = flight.fleet.each("asking for versions", _versions, flight.tick)
-    drones = [_facts(flight, name, facts[name], parameters[name]) for name in flight.fleet]
-    checks = (
-        *check_plan(flight.plan),
-        check_log(flight.journal.log.failure),
-        *check_fleet(flight.plan, drones, flight.poses.external),
-    )
-    report = PreflightReport(checks)
-    for item in checks:
-        level = {"pass": "info", "warning": "warning", "failure": "fault"}[item.result]
-        text = f"{item.name}: {item.value} (allowed: {item.limit})"
-        if item.remedy:
-            text += f"; {item.remedy}"
-        flight.event("preflight", text, robot=item.robot, level=level)  # type: ignore[arg-type]
-    report.require()
-    flight.enter(Phase.CHECKED)
-    return report
+def judge(flight: Flight, name: str) -> tuple[PreflightCheck, ...]:
+    """The pre-flight checks of one drone."""
+    return check_drone(flight.plan, _facts(flight, name), flight.poses.external)
 
 
-def upload_all(flight: Flight) -> None:
-    """Certified bytes into every drone, read back. Raises FleetError."""
+def load(flight: Flight, names: Names) -> Failures:
+    """Certified bytes into these drones, read back."""
     trajectories = flight.plan.trajectories
-    flight.fleet.each("uploading", lambda drone: upload(drone, trajectories[drone.name]), flight.tick)
-    flight.event("upload", "all trajectories read back equal", value=float(sum(t.size for t in trajectories.values())))
-    flight.enter(Phase.UPLOADED)
+    return flight.fleet.attempt(lambda drone: upload(drone, trajectories[drone.name]), flight.tick, among=names)[1]
 
 
-def arm(flight: Flight) -> None:
-    """Arm those that do not arm themselves and wait until all are ready.
+def arm(flight: Flight) -> dict[str, str]:
+    """Arm those that do not arm themselves and wait until all are ready; returns who is not, and why.
 
     An auto-arming drone that waits on the ground is not ready for 0.15 s every 30 s (supervisor.prefltTimeout), so
     readiness is waited for, not just looked at.
-
-    Raises:
-        FlightAborted: somebody did not get ready.
     """
     for drone in flight.fleet.values():
-        if drone.status is not None and not drone.status.supervisor.arms_itself:
+        if drone.connected and drone.status is not None and not drone.status.supervisor.arms_itself:
             drone.request_arming(True)
+    allowance = TABLE[Phase.UPLOADED].allowance
 
     def waiting() -> list[str]:
-        return [name for name, drone in flight.fleet.items() if not (drone.status and drone.status.supervisor.ready)]
+        return [
+            name
+            for name, drone in flight.fleet.items()
+            if not (drone.connected and drone.status and drone.status.supervisor.ready)
+        ]
 
     asked = flight.clock.now()
-    flight.wait_until(lambda: all(d.status and d.status.t > asked for d in flight.fleet.values()), 1.0)
-    if not flight.wait_until(lambda: not waiting(), TABLE[Phase.UPLOADED].allowance):
-        states = "; ".join(
-            f"{name}: {drone.status.supervisor if drone.status else 'unknown'}"
-            for name, drone in flight.fleet.items()
-            if name in waiting()
-        )
-        raise FlightAborted(f"not ready to fly within {TABLE[Phase.UPLOADED].allowance:.0f} s: {states}")
-    flight.enter(Phase.ARMED)
+    flight.wait_until(lambda: all(d.status and d.status.t > asked for d in flight.fleet.values() if d.connected), 1.0)
+    flight.wait_until(lambda: not waiting(), allowance)
+    reasons = {}
+    for name in waiting():
+        drone = flight.fleet[name]
+        state = drone.status.supervisor if drone.status else "unknown"
+        reasons[name] = drone.link.lost or f"not ready to fly within {allowance:.0f} s: {state}"
+    return reasons
+
+
+def disarm(flight: Flight, names: Names) -> None:
+    """Make sure that the propellers of these stay still: disarm those that do not arm themselves."""
+    for name in names:
+        drone = flight.fleet[name]
+        if drone.connected and drone.status is not None and not drone.status.supervisor.arms_itself:
+            drone.request_arming(False)
 
 
 def _settled(flight: Flight, name: str, asked: float) -> bool:
@@ -171,24 +186,16 @@ def _settled(flight: Flight, name: str, asked: float) -> bool:
     return located is not None and math.dist(located.pose.position, estimate.position) <= _SETTLED_AGREEMENT
 
 
-def _versions(drone: Drone) -> tuple[str, int]:
-    try:
-        memory = drone.memory(TRAJECTORY).size
-    except CommandRefused:
-        memory = 0
-    return drone.firmware(), memory
-
-
-def _facts(flight: Flight, name: str, versions: tuple[str, int], held: Mapping[str, float]) -> DroneFacts:
-    drone, located = flight.fleet[name], flight.poses.located(name)
-    status, estimate = drone.status, drone.estimate
+def _facts(flight: Flight, name: str) -> DroneFacts:
+    drone, located, ready = flight.fleet[name], flight.poses.located(name), flight.ready[name]
+    status, estimate, variance = drone.status, drone.estimate, drone.variance
     roll, pitch = estimate.rpy[:2] if estimate else (math.nan, math.nan)
     external = flight.poses.external and located is not None
     return DroneFacts(
         robot=name,
         protocol=drone.protocol,
-        firmware=versions[0],
-        memory=versions[1],
+        firmware=ready.firmware,
+        memory=ready.memory,
         link=drone.link,
         supervisor=status.supervisor if status else None,
         voltage=status.voltage if status else math.nan,
@@ -196,5 +203,7 @@ def _facts(flight: Flight, name: str, versions: tuple[str, int], held: Mapping[s
         pose_age=flight.clock.now() - located.t if located else math.inf,
         estimate=estimate.position if estimate else None,
         tilt=math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch)))) if estimate else math.nan,
-        parameters=held,
+        parameters=ready.parameters,
+        decks=ready.decks,
+        deviation=math.sqrt(max(variance.position)) if variance else math.nan,
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from deploy.clock import Clock
 from deploy.errors import FlightAborted
 from deploy.flight.journal import Journal, Level
 from deploy.flight.poses import Poses
-from deploy.flight.records import FlightStatus, RobotStatus
+from deploy.flight.records import FlightStatus, Ready, RobotStatus
 from deploy.flight.reference import Reference
 from deploy.flight.watch import Limits, Seen, Watch
 from deploy.flightlog.writer import FlightLog
@@ -71,6 +71,8 @@ class Flight:
         largest_error: [m], by robot.
         watching: whether findings of the watch end the mission now. notes: what is wrong, by robot.
         ground: height of the pads [m].
+        ready: what drones said of themselves when they were connected.
+        left_behind: who did not take off, and why.
     """
 
     def __init__(
@@ -96,6 +98,8 @@ class Flight:
         self.watching = False
         self.notes = dict.fromkeys(fleet, "")
         self.ground = 0.0
+        self.ready: dict[str, Ready] = {}
+        self.left_behind: dict[str, str] = {}
         self._watch = Watch(Limits.of(mission))
         self._observer = observer
         self._turns = itertools.count()
@@ -119,6 +123,16 @@ class Flight:
         self.event(name, text, robot=robot, level="fault")
         if robot in self.notes:
             self.notes[robot] = text
+
+    def go_on_without(self, plan: FlightPlan, leaving: Collection[str]) -> None:
+        """Fly another plan, of the others. On the ground only; the links of those who leave are closed before."""
+        self.plan = plan
+        for name in leaving:
+            self.fleet.leave_behind(name)
+            self.poses.send_no_more(name)
+            for record in (self.references, self._points, self.timelines, self.largest_error, self.notes):
+                record.pop(name)
+        self.duration = max(reference.duration for reference in self.references.values())
 
     # ------------------------------------------------------------------------------------------------ time
 
@@ -282,9 +296,9 @@ class Flight:
         return self._lost_on_the_ground() or reason
 
     def _lost_on_the_ground(self) -> str:
-        if self.phases.now is Phase.IDLE:
-            return ""  # links are just being opened; whoever opens them reports
-        lost = {name: drone.link.lost for name, drone in self.fleet.items() if drone.link.lost}
+        if self.phases.now is not Phase.ARMED:
+            return ""  # whoever gets everybody ready looks, and may try again or go on without
+        lost = {name: drone.lost for name, drone in self.fleet.items() if drone.lost}
         return "; ".join(f"{name}: link lost: {why}" for name, why in lost.items())
 
     def _look(self, now: float) -> str:
@@ -304,7 +318,7 @@ class Flight:
     def _seen(self, now: float) -> list[Seen]:
         drones = []
         for name, drone in self.fleet.items():
-            located, status, link = self.poses.located(name), drone.status, drone.link
+            located, status = self.poses.located(name), drone.status
             position = None if located is None else located.pose.position
             reference = self.reference(name, now)
             if position is not None and reference is not None:
@@ -317,8 +331,8 @@ class Flight:
                     reference,
                     status.supervisor if status else None,
                     status.battery_low if status else False,
-                    now - link.heard,
-                    link.lost,
+                    now - drone.heard,
+                    drone.lost,
                 )
             )
         return drones

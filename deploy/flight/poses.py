@@ -68,6 +68,10 @@ class Poses:
                 self._fleet[robot].send_pose(seen.pose.position, seen.pose.quaternion)
                 self._log.pose(robot, seen.t, seen.pose.position, seen.pose.quaternion)
 
+    def send_no_more(self, robot: str) -> None:
+        """Still look where a robot is, but send it no poses: nobody listens."""
+        self._due[robot] = math.inf
+
     def located(self, robot: str) -> Located | None:
         """Where a robot is: seen by motion capture, or by its own estimate if there is none."""
         if self._source is not None:

@@ -14,6 +14,22 @@ Vec3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
+class Ready:
+    """What one drone said of itself when it was connected.
+
+    Attributes:
+        firmware: version text. memory: trajectory memory [bytes], 0 if none.
+        decks: positioning decks; None if its firmware knows of none.
+        parameters: on-board parameters that were set and read back.
+    """
+
+    firmware: str
+    memory: int
+    decks: tuple[str, ...] | None
+    parameters: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class RobotStatus:
     """One robot, now.
 
@@ -63,6 +79,7 @@ class FlightOutcome:
         start_skew: between the first and the last trajectory start [s]; NaN if there was none.
         largest_error: largest distance to the certified trajectory [m], by robot.
         duration: from connection to the end [s].
+        left_behind: who did not take off, and why, by robot.
     """
 
     phase: Phase
@@ -74,6 +91,7 @@ class FlightOutcome:
     start_skew: float = math.nan
     largest_error: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     duration: float = math.nan
+    left_behind: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def completed(self) -> bool:

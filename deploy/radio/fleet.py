@@ -58,11 +58,15 @@ class _Work(Generic[T]):
 
 
 class Fleet(Mapping[str, Drone]):
-    """The drones of a flight, by robot name, in the mission's order."""
+    """The drones of a flight, by robot name, in the mission's order; without those that were left behind."""
 
     def __init__(self, drones: Iterable[Drone], clock: Clock) -> None:
         self._drones = {drone.name: drone for drone in drones}
         self._clock = clock
+
+    def leave_behind(self, name: str) -> None:
+        """Go on without a drone; closing its link is up to the caller, before this."""
+        del self._drones[name]
 
     def __getitem__(self, name: str) -> Drone:
         return self._drones[name]
@@ -95,6 +99,15 @@ class Fleet(Mapping[str, Drone]):
         Raises:
             FleetError: with every failure, when all drones are done. Whatever else an action raised (a bug).
         """
+        results, errors = self.attempt(action, tick, among=among)
+        if errors:
+            raise FleetError(what, errors, len(results) + len(errors))
+        return results
+
+    def attempt(
+        self, action: Callable[[Drone], T], tick: Callable[[], None], *, among: Iterable[str] | None = None
+    ) -> tuple[dict[str, T], dict[str, DeployError]]:
+        """As :meth:`each`, for callers that can go on without some: results and failures by drone."""
         names = list(self) if among is None else list(among)
         work = {name: _Work(self[name], action, self._clock) for name in names}
         for item in work.values():
@@ -107,6 +120,5 @@ class Fleet(Mapping[str, Drone]):
             if item.crash is not None:
                 raise item.crash
         errors = {name: item.error for name, item in work.items() if item.error is not None}
-        if errors:
-            raise FleetError(what, errors, len(work))
-        return {name: item.result for name, item in work.items()}  # type: ignore[misc]
+        results = {name: item.result for name, item in work.items() if name not in errors}
+        return results, errors  # type: ignore[return-value]

@@ -6,7 +6,15 @@ import math
 import pytest
 
 from deploy.errors import PreflightError
-from deploy.preflight import DroneFacts, PreflightReport, check_fleet, check_log, check_plan
+from deploy.preflight import (
+    DroneFacts,
+    PreflightReport,
+    check_drone,
+    check_limits,
+    check_log,
+    check_plan,
+    check_same,
+)
 from deploy.radio.drone import LinkState
 from deploy.radio.supervisor import Supervisor
 from tests.deploy.flight_bench import STARTS, small_plan
@@ -23,13 +31,18 @@ def facts(robot, **changes):
     return dataclasses.replace(good, **changes)
 
 
+def checks_of(*drones, external=True):
+    same = check_same({drone.robot: drone.firmware for drone in drones})
+    return [*(check for drone in drones for check in check_drone(PLAN, drone, external)), same]
+
+
 def results(*drones, external=True):
-    return {(c.name, c.robot): c.result for c in check_fleet(PLAN, drones, external) if c.result != "pass"}
+    return {(c.name, c.robot): c.result for c in checks_of(*drones, external=external) if c.result != "pass"}
 
 
 def test_two_good_drones_pass():
     assert results(facts("cf1"), facts("cf2")) == {}
-    assert results(facts("cf1", pose=None, pose_age=math.inf), external=False) == {}
+    assert results(facts("cf1", pose=None, pose_age=math.inf, decks=("Flow 2",)), external=False) == {}
 
 
 @pytest.mark.parametrize(
@@ -50,6 +63,7 @@ def test_two_good_drones_pass():
         ({"pose_age": 0.3}, "pose"),
         ({"estimate": None}, "estimate agrees with pose"),
         ({"estimate": (0.5, 0.56, 0.0)}, "estimate agrees with pose"),
+        ({"deviation": 0.06}, "estimator"),
     ],
 )
 def test_each_check_fails_alone(changes, name):
@@ -63,24 +77,46 @@ def test_a_slow_link_and_mixed_firmware_are_warnings():
 
 def test_swapped_drones_are_told_by_name():
     first, second = (*STARTS["cf1"], 0.0), (*STARTS["cf2"], 0.0)
-    checks = check_fleet(
-        PLAN, [facts("cf1", pose=second, estimate=second), facts("cf2", pose=first, estimate=first)], True
-    )
+    checks = checks_of(facts("cf1", pose=second, estimate=second), facts("cf2", pose=first, estimate=first))
     wrong = {c.robot: c.remedy for c in checks if c.result == "failure"}
     assert "stands on the pad of cf2" in wrong["cf1"]
     assert "stands on the pad of cf1" in wrong["cf2"]
 
 
 def test_every_failure_of_every_drone_is_in_the_error():
-    checks = check_fleet(PLAN, [facts("cf1", voltage=3.0), facts("cf2", voltage=3.1, memory=10)], True)
+    checks = checks_of(facts("cf1", voltage=3.0), facts("cf2", voltage=3.1, memory=10))
     with pytest.raises(PreflightError, match="3 pre-flight checks failed") as caught:
-        PreflightReport((*checks, check_log(""))).require()
+        PreflightReport((*checks, *check_log("", 1e4))).require()
     assert all(text in str(caught.value) for text in ("cf1: battery: 3.00 V", "cf2: battery: 3.10 V", "10 bytes"))
     assert len(caught.value.checks) > 20
 
 
 def test_the_log_has_to_be_written():
-    assert check_log("disk full").result == "failure"
+    assert [check.result for check in check_log("disk full", 1e4)] == ["failure", "pass"]
+    assert [check.result for check in check_log("", 150.0)] == ["pass", "failure"]
+
+
+def test_without_motion_capture_a_deck_has_to_know_where_the_drone_is():
+    assert results(facts("cf1", decks=()), external=False) == {("positioning deck", "cf1"): "failure"}
+    assert results(facts("cf1", decks=None), external=False) == {("positioning deck", "cf1"): "warning"}
+    assert results(facts("cf1", decks=()), external=True) == {}
+
+
+def test_the_fence_and_the_radio_are_shown_with_what_is_left_of_them():
+    inside, radio = check_limits(PLAN)
+    assert (inside.name, inside.result) == ("geofence contains the flight", "pass")
+    assert inside.value.startswith("0.15 m inside (take-off geofence")
+    assert (radio.name, radio.value, radio.limit) == (
+        "radio budget",
+        "210 1/s (2 drones on the dongle of cf1)",
+        "<= 500 1/s",
+    )
+    tight = [
+        dataclasses.replace(c, value=-0.1, passed=False) if c.name == "workspace" else c
+        for c in PLAN.certificate.checks
+    ]
+    assert check_limits(with_checks(tight))[0].result == "failure"
+    assert check_limits(with_checks([])) == ()
 
 
 def test_an_edited_byte_a_swap_and_a_failed_certificate_are_found():
