@@ -38,7 +38,7 @@ class _Station:
         try:
             self.socket.setblocking(False)
             self.socket.bind((host, port))
-        except OSError:
+        except BaseException:
             self.socket.close()
             raise
 

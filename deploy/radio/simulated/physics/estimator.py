@@ -16,10 +16,12 @@ reduced to nine states: position, attitude, velocity (world frame).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from deploy.radio.simulated.interface import PoseMeasurement, Vec3
 from deploy.radio.simulated.physics import algebra
@@ -100,7 +102,11 @@ class Estimators:
         )
 
     def reset(self, index: int, position: Array, velocity: Array, quaternion: Array, to: tuple[Vec3, float]) -> None:
-        """Start one filter at rest at a position and heading ``to``; the other arguments are the drone's truth."""
+        """Start one filter at rest at a position and heading ``to``; the other arguments are the drone's truth.
+
+        What is no number counts as zero, here and in nothing else (the firmware's filter would be lost from the start).
+        """
+        to = ((0.0, 0.0, 0.0), 0.0) if not math.isfinite(sum(to[0]) + to[1]) else to
         self.position_error[index] = np.asarray(to[0]) - position
         self.velocity_error[index] = -velocity
         level = algebra.yaw_quaternions(np.array([to[1]]))
@@ -153,17 +159,38 @@ class Estimators:
         difference = algebra.multiply(algebra.normalised(rows[:, 3:7]), algebra.conjugate(estimated))
         # As a rotation vector, to first order as in the firmware (mm_pose.c) but bounded for large angles.
         np.multiply(difference[:, :3], np.copysign(2.0, difference[:, 3:]), out=innovation[:, 3:])
+        if not math.isfinite(np.add.reduce(innovation, None) + np.add.reduce(rows, None)):
+            usable = np.isfinite(innovation).all(axis=1) & np.isfinite(rows).all(axis=1)
+            self._correct_by_numbers(measured, usable, position, quaternion)
+            return
         self._update(index, innovation, np.repeat(rows[:, 7:] ** 2, 3, axis=1))
 
+    def _correct_by_numbers(
+        self,
+        measured: Sequence[tuple[int, PoseMeasurement]],
+        usable: NDArray[np.bool_],
+        position: Array,
+        quaternion: Array,
+    ) -> None:
+        """Take the poses that are numbers; who was sent another is lost (hardware stays so until its next reset)."""
+        good = []
+        for pair, is_number in zip(measured, usable, strict=True):
+            if is_number:
+                good.append(pair)
+            else:
+                self.position_error[pair[0]] = np.nan
+        if good:
+            self.correct(good, position, quaternion)
+
     def lost(self, state: Estimates) -> Index:
-        """Indices of filters that left the allowed range; the firmware would reset them."""
+        """Indices of filters that left the allowed range, or the numbers; the firmware would reset the former."""
         far, fast = np.abs(state.position), np.abs(state.velocity)
         limits = self._parameters["maxPos"], self._parameters["maxVel"]
         if np.maximum.reduce(far, None) <= np.minimum.reduce(limits[0]) and np.maximum.reduce(
             fast, None
         ) <= np.minimum.reduce(limits[1]):
             return _NOBODY
-        return np.flatnonzero((far > limits[0][:, None]).any(axis=1) | (fast > limits[1][:, None]).any(axis=1))
+        return np.flatnonzero(~((far <= limits[0][:, None]) & (fast <= limits[1][:, None])).all(axis=1))
 
     def _tuned(self) -> None:
         """What a loop of the firmware adds to the covariance (kalman_core.c, addProcessNoiseDt)."""
@@ -176,7 +203,9 @@ class Estimators:
             gyro * dt + attitude,
             acceleration * dt + velocity,
         )
-        self._noise = np.concatenate(deviations, axis=1) ** 2
+        noise = np.concatenate(deviations, axis=1) ** 2
+        # Parameters are what clients make them: with noise that is no number, or endless, S could not be inverted.
+        self._noise = np.minimum(np.nan_to_num(noise, nan=0.0), _MOST)
 
     def _update(self, index: Index | slice, innovation: Array, noise: Array) -> None:
         """Kalman update of some drones: innovations (K, 6) of position and attitude, noise variances (K, 6)."""

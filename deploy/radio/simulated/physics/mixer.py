@@ -18,11 +18,13 @@ def mix(thrust: Array, moments: Array) -> tuple[Array, bool]:
     """Motor commands (N, 4) in 0..65535 of thrusts (N, 1) and moments (N, 3), and whether any was clipped.
 
     When a motor would need more than the greatest command, all four are lowered alike (powerDistributionCap): the
-    moments are kept and thrust is what gives way.
+    moments are kept and thrust is what gives way. Commands that are no numbers (gains or setpoints that are none) turn
+    no motor here; on hardware they are garbage.
     """
     command: Array = moments.dot(_MIX)
     command += thrust
-    clipped = bool(np.maximum.reduce(command, None) > COMMAND_MAX)
+    clipped = not np.maximum.reduce(command, None) <= COMMAND_MAX  # also when it is no number
     if clipped:
+        command[~np.isfinite(command).all(axis=1)] = 0.0
         command -= np.maximum(command.max(axis=1, keepdims=True) - COMMAND_MAX, 0.0)
     return np.maximum(command, 0.0), clipped

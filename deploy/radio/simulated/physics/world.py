@@ -139,6 +139,10 @@ class World:
     def advance(self, t: float) -> None:
         """Move the world to time t [s] (to the last physics step that is not after it)."""
         target = int(t / STEP + 1e-6)
+        with np.errstate(all="ignore"):  # clients may send anything; the firmware's floats do not trap either
+            self._advance(target)
+
+    def _advance(self, target: int) -> None:
         while self._steps < target:
             phase = self._steps % STEPS_PER_TICK
             if phase == 0 and self._frozen():
