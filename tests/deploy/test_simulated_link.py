@@ -2,6 +2,7 @@
 
 import json
 import os
+import queue
 import sys
 import threading
 import time
@@ -13,13 +14,14 @@ from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.log import LogConfig
 from cflib.crazyflie.swarm import CachedCfFactory, Swarm
 from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
+from cflib.crtp.crtpstack import CRTPPacket
 from cflib.crtp.exceptions import WrongUriType
 from cflib.crtp.radiodriver import RadioDriver
 
 from deploy.clock import SystemClock, VirtualClock
 from deploy.errors import LinkError
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
-from deploy.radio.simulated.driver import SimulatedDriver, register, unregister
+from deploy.radio.simulated.driver import SimulatedDriver, Traffic, register, unregister
 from deploy.radio.simulated.swarm import SimulatedSwarm
 from tests.contracts import link
 from tests.deploy.ideal_world import IdealWorld
@@ -148,6 +150,19 @@ def test_closing_is_quick_and_counts_nothing_twice(uri, swarm):
     driver.close()
     driver._deliver(0, 0, b"too late")
     assert swarm.settle(0.0)
+
+
+def test_packets_of_a_tick_arrive_at_its_end_in_their_order():
+    traffic, inbox = Traffic(), queue.SimpleQueue()
+    with traffic.hold(), traffic.lock:
+        for number in range(3):
+            traffic.add(inbox, CRTPPacket(0, bytes([number + 1])))
+        assert inbox.empty()
+    assert [inbox.get_nowait().data[0] for _ in range(3)] == [1, 2, 3]
+    assert not traffic.settle(0.0)
+    with traffic.lock:
+        traffic.done(3)
+    assert traffic.settle(0.0)
 
 
 def test_threads_take_longer_turns_only_while_swarms_fly_in_virtual_time():

@@ -161,3 +161,48 @@ def test_rewriting_the_memory_in_flight_changes_the_flight():
     after = trajectory.evaluate(np.float32(0.1)).position
     assert after[0] - before[0] > 1.0
     assert after[1:] == before[1:]
+
+
+def curvy_pieces(count=3):
+    rng = np.random.default_rng(3)
+    pieces = rng.normal(scale=0.3, size=(count, 33)).astype("<f4")
+    pieces[:, 32] = 0.31  # no multiple of a tick
+    return pieces.tobytes()
+
+
+def twins(*commands):
+    """Two planners that are given the same trajectory in memories of their own."""
+    for _ in range(2):
+        memory, planner = TrajectoryMemory(), Planner()
+        memory.write(0, curvy_pieces())
+        for command in commands:
+            command(planner, memory)
+        yield planner, memory
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_looking_ahead_changes_no_goal(reverse):
+    def start(planner, memory):
+        planner.start(PolynomialTrajectory(memory, 0, 3, np.float32(10.0), np.float32(1.1), reverse))
+
+    (ahead, _), (tick_by_tick, _) = twins(start)
+    for k in range(150):
+        now = 10.0 + 0.01 * k
+        assert ahead.follow(now) == tick_by_tick.goal(np.float32(now))
+
+
+def test_what_was_foreseen_is_forgotten_when_memory_or_trajectory_change():
+    def start(planner, memory):
+        planner.start(PolynomialTrajectory(memory, 0, 3, np.float32(10.0), np.float32(1.0)))
+
+    (ahead, one), (tick_by_tick, other) = twins(start)
+    for k in range(20):
+        ahead.follow(10.0 + 0.01 * k)
+    for memory in (one, other):
+        memory.write(0, curvy_pieces()[:64] + bytes(8))
+    assert ahead.follow(10.2) == tick_by_tick.goal(np.float32(10.2))
+    for planner in (ahead, tick_by_tick):
+        planner.land(np.float32(10.2), (0.0, 0.0, 1.0), 0.0, 0.0, 0.0, 0.1)
+    for now in (10.21, 10.25, 10.31, 10.32):
+        assert ahead.follow(now) == tick_by_tick.goal(np.float32(now))
+        assert ahead.state is tick_by_tick.state
