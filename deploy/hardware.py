@@ -17,7 +17,6 @@ from deploy.preflight import PreflightReport
 from deploy.radio.cache import toc_cache
 from deploy.radio.links import initialise, require_crazyradio
 from missions.schema import Mission
-from mocap.setup import in_world
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 
@@ -118,6 +117,7 @@ def _on_hardware(
     uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
     source = mocap(clock)
+    source = None if source is None else in_world(source, flight_plan.mission)
     try:
         metadata = {**flight_plan.versions, "backend": "hardware"}
         with FlightLog(log_path, clock.epoch, {"plan.mcap": plan_bytes(flight_plan)}, metadata) as log:

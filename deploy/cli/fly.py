@@ -27,6 +27,9 @@ def add_parser(commands: Subparsers) -> None:
         "--mocap", metavar="SYSTEM", help="vicon, optitrack, qualisys, vrpn [default: on-board positioning]"
     )
     parser.add_argument("--mocap-host", metavar="HOST", default="", help="address of the motion-capture server")
+    parser.add_argument(
+        "--check-only", action="store_true", help="make every pre-flight check, list them, and fly nothing"
+    )
     parser.add_argument("--yes", action="store_true", help="do not ask before take-off")
     parser.set_defaults(run=run)
 
@@ -34,29 +37,36 @@ def add_parser(commands: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Check plan and radio, ask, fly, report."""
     from deploy.cli.console import fail
-    from deploy.cli.flying import print_outcome, watched
+    from deploy.cli.flying import print_outcome, print_preflight, watched
     from deploy.cli.planning import print_plan
     from deploy.cli.reporting import print_analysis, write_report
+    from deploy.errors import PreflightError
     from deploy.flightlog.reader import read_log
-    from deploy.hardware import fly_hardware, prepare_links
+    from deploy.hardware import check_hardware, fly_hardware, prepare_links
     from deploy.planfile import read_plan
 
     flight_plan = read_plan(args.plan)
     prepare_links(flight_plan.mission)
     print_plan(flight_plan)
-    if not args.yes and not _confirmed(flight_plan, args.mocap):
+    if not (args.yes or args.check_only) and not _confirmed(flight_plan, args.mocap):
         return fail("not flown: nobody confirmed", code=1)
     args.output.mkdir(parents=True, exist_ok=True)
     stamp = datetime.datetime.now(datetime.UTC).strftime("%Y%m%dT%H%M%SZ")
     log_path = args.output / f"{stamp}_{flight_plan.mission.name}.mcap"
-    with watched() as (operator, observer):
-        outcome, log_path = fly_hardware(
-            flight_plan,
-            log_path=log_path,
-            mocap=_mocap(args.mocap, args.mocap_host),
-            operator=operator,
-            observer=observer,
-        )
+    mocap = _mocap(args.mocap, args.mocap_host)
+    if args.check_only:
+        with watched() as (operator, observer):
+            report, _ = check_hardware(
+                flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
+            )
+        return print_preflight(report.checks)
+    try:
+        with watched() as (operator, observer):
+            outcome, log_path = fly_hardware(
+                flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
+            )
+    except PreflightError as error:
+        return print_preflight(error.checks)
     print_outcome(outcome)
     target = log_path.with_suffix(".html")
     return print_analysis(write_report(read_log(log_path), target), target, as_json=False)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from deploy.cli.console import err
+from deploy.cli.console import err, out, table
 
 if TYPE_CHECKING:
     from deploy.flight.records import FlightOutcome, FlightStatus
     from deploy.operator import Operator
+    from deploy.preflight import PreflightCheck
     from deploy.scenario.killed import HostDied
 
 HINT = "Ctrl-C lands everybody; twice stops the motors"
@@ -47,10 +49,24 @@ def watched() -> Iterator[tuple[Operator, Callable[[FlightStatus], None]]]:
         yield operator, observe
 
 
+def print_preflight(checks: Sequence[PreflightCheck]) -> int:
+    """Every check with what was found and what is allowed; returns the exit code: 1 if one fails."""
+    marks = {"pass": "[green]✓[/]", "warning": "[yellow]![/]", "failure": "[red]✗[/]"}
+    rows = [
+        (marks[c.result], *(escape(cell) for cell in (c.robot, c.name, c.value, c.limit, c.remedy))) for c in checks
+    ]
+    table("pre-flight checks", ("", "robot", "check", "found", "allowed", "remedy"), rows)
+    failed = sum(check.result == "failure" for check in checks)
+    out.print(f"{failed} of {len(checks)} checks failed" if failed else f"all {len(checks)} checks passed")
+    return int(failed > 0)
+
+
 def print_outcome(outcome: FlightOutcome) -> None:
     """How a flight ended early, or what it complained of."""
     if outcome.reason:
         err.print(f"flight {outcome.phase.value}: {outcome.reason}", markup=False)
+    for name, why in outcome.left_behind.items():
+        err.print(f"  {name} did not fly: {why}", markup=False)
     for line in (*outcome.faults, *outcome.warnings):
         err.print(f"  {line}", markup=False)
 
