@@ -14,6 +14,8 @@ from deploy.analysis.switches import flown_switches, timelines
 from deploy.analysis.tracking import Tracking, track
 from deploy.analysis.verdict import Evidence, judge
 from deploy.flightlog.reader import FlightRecord
+from planner.flightplan import FlightPlan
+from planner.subset import without
 from planner.trajectory.encode import decode
 
 
@@ -23,7 +25,7 @@ def analyse(record: FlightRecord) -> FlightAnalysis:
     Raises:
         LogFileError: the log holds no readable flight plan.
     """
-    flown_plan = record.flight_plan
+    flown_plan = _of_those_who_flew(record)
     mission, certificate = flown_plan.mission, flown_plan.certificate
     names = tuple(robot.name for robot in mission.robots)
     references = {name: decode(encoded) for name, encoded in flown_plan.trajectories.items()}
@@ -57,3 +59,10 @@ def analyse(record: FlightRecord) -> FlightAnalysis:
         feeds=feeds,
         verdict=judge(evidence),
     )
+
+
+def _of_those_who_flew(record: FlightRecord) -> FlightPlan:
+    """The plan without those who were left behind on the ground: what was certified anew, and flown."""
+    left = {event.robot for event in record.events if event.name == "left_behind"}
+    plan = record.flight_plan
+    return without(plan, left) if left and left < set(plan.trajectories) else plan

@@ -1,10 +1,12 @@
 """Who flies: drones that fail before take-off are tried again, left behind if that is safe, or keep everybody there."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from deploy.analysis.analyse import _of_those_who_flew
 from deploy.errors import DeployError, FlightAborted, LinkError, PreflightError, UploadError
 from deploy.execute import check
 from deploy.flight import ground
@@ -204,3 +206,10 @@ def test_checks_alone_list_everything_and_nobody_is_armed_or_loaded(bench, monke
     assert {"certificate", "geofence contains the flight", "radio budget", "disk", "battery", "estimator"} <= names
     assert nobody_moved(truth)
     assert [e.text for e in read_log(ready.path).events if e.name == "phase"] == ["idle", "connected", "cancelled"]
+
+
+def test_the_analysis_is_of_those_who_flew():
+    events = [SimpleNamespace(name="left_behind", robot="cf2"), SimpleNamespace(name="phase", robot="")]
+    record = SimpleNamespace(flight_plan=LENIENT, events=events)
+    assert list(_of_those_who_flew(record).trajectories) == ["cf1"]
+    assert _of_those_who_flew(SimpleNamespace(flight_plan=LENIENT, events=events[1:])) is LENIENT
