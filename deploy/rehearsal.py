@@ -28,7 +28,7 @@ from deploy.scenario.log import RehearsalLog
 from deploy.scenario.records import Scenario
 from missions.airframes import airframe
 from missions.schema import Mission
-from mocap.setup import in_world, seen_by
+from mocap.setup import seen_by
 from mocap.simulated import SimulatedMocap
 from mocap.source import Pose
 from planner.flightplan import FlightPlan
@@ -50,7 +50,7 @@ class Stage:
 
     Attributes:
         world, clock, mocap, swarm, air: the parts.
-        capture: what flights get of ``mocap``, by way of how the mission says its system reports.
+        capture: what the mission's system reports of what ``mocap`` sees; this is what flies.
         operator: whom a scenario may have press Ctrl-C.
     """
 
@@ -68,7 +68,7 @@ class Stage:
         self.clock = VirtualClock(speed=speed, patience=_PATIENCE)
         self.world = World([airframe(mission.flight.airframe)] * len(names), pads, np.zeros(len(names)), seed=seed)
         self.mocap = SimulatedMocap(_MOCAP_RATE, seed=seed)
-        self.capture = in_world(seen_by(self.mocap, mission, seed), mission)
+        self.capture = seen_by(self.mocap, mission, seed)
         self._bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
         self.world.every(1.0 / _MOCAP_RATE, self._expose)
         arms_itself = "brushless" not in mission.flight.airframe

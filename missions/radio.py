@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from missions.schema import Mission, Robot
 
 TELEMETRY_BLOCKS = 4  # log packets of a drone in every period of flight.log_rate (deploy/radio/telemetry.py)
+LEAST_POSES = 10.0  # [1/s]
 HOUSEKEEPING = 15.0  # [1/s] pings, ours and cflib's, and commands; of a drone
 
 
@@ -81,6 +82,19 @@ def drones_sharing(robots: Sequence[Robot]) -> tuple[int, ...]:
 def background_rate(mission: Mission) -> float:
     """Packets a drone takes for poses, telemetry and pings [1/s], whatever else is sent to it."""
     return mission.flight.pose_rate + TELEMETRY_BLOCKS * mission.flight.log_rate + HOUSEKEEPING
+
+
+def pose_rates(mission: Mission) -> dict[str, float]:
+    """Poses that are sent to each robot [1/s]: what the mission asks for, or what its share of the dongle leaves.
+
+    Telemetry comes back in the acknowledgements of poses, so it needs no room of its own; commands do. Below
+    :data:`LEAST_POSES` nobody flies well, so that much is sent whatever it crowds out.
+    """
+    shared = [mission.radio.drones_per_dongle or count for count in drones_sharing(mission.robots)]
+    return {
+        robot.name: min(mission.flight.pose_rate, max(LEAST_POSES, mission.radio.packet_rate / count - HOUSEKEEPING))
+        for robot, count in zip(mission.robots, shared, strict=True)
+    }
 
 
 def request_rate(mission: Mission) -> tuple[float, ...]:

@@ -28,7 +28,7 @@ def in_world(source: MocapSource, mission: Mission, reference: Reference | None 
     Args:
         source: what the system reports, in its own frame and units; closed with the result.
         mission: says how robots are tracked and what that frame is.
-        reference: where a rigid body should be at a time [m], None if nobody knows; helps where markers are confused.
+        reference: where a robot should be at a time [m], None if nobody knows; helps where markers are confused.
 
     Returns:
         A source of the robots' centres in the world frame, under the names of their bodies.
@@ -38,7 +38,8 @@ def in_world(source: MocapSource, mission: Mission, reference: Reference | None 
         return source
     world: MocapSource = MappedSource(source, _frame_of(setup).to_world)
     if setup.tracking == "markers":
-        world = MarkerSource(world, Tracker(_markers_on_pads(mission), reference=_raised(reference, setup.height)))
+        marker = None if reference is None else _marker_of(mission, reference)
+        world = MarkerSource(world, Tracker(_markers_on_pads(mission), reference=marker))
     return MappedSource(world, lambda frame: _centred(frame, setup))
 
 
@@ -82,13 +83,13 @@ def _markers_on_pads(mission: Mission) -> dict[str, Vec3]:
     return {name: (float(x), float(y), height) for name, (x, y) in zip(names, pads(mission), strict=True)}
 
 
-def _raised(reference: Reference | None, height: float) -> Reference | None:
-    """Where markers should be, from where centres should be."""
-    if reference is None:
-        return None
+def _marker_of(mission: Mission, reference: Reference) -> Reference:
+    """Where the marker of a rigid body should be, from where its robot's centre should be."""
+    height = mission.motion_capture.height
+    robots = {robot.rigid_body or robot.name: robot.name for robot in mission.robots}
 
-    def marker(name: str, t: float) -> Vec3 | None:
-        centre = reference(name, t)
+    def marker(body: str, t: float) -> Vec3 | None:
+        centre = reference(robots[body], t)
         return None if centre is None else (centre[0], centre[1], centre[2] + height)
 
     return marker

@@ -27,7 +27,9 @@ from deploy.phases import Phase, Phases
 from deploy.radio import highlevel
 from deploy.radio.fleet import Fleet
 from deploy.radio.requests import Reply, Request
+from missions.radio import pose_rates
 from mocap.errors import MocapError
+from mocap.setup import in_world
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 from planner.trajectory.encode import decode
@@ -89,7 +91,8 @@ class Flight:
         self.plan, self.fleet, self.clock, self.operator = plan, fleet, clock, operator
         self.phases, self.journal, self.search = Phases(), Journal(log), Search()
         bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
-        self.poses = Poses(mocap, bodies, mission.flight.pose_rate, fleet, log)
+        source = None if mocap is None else in_world(mocap, mission, self.reference)
+        self.poses = Poses(source, bodies, pose_rates(mission), fleet, log)
         self.references = {name: decode(encoded) for name, encoded in plan.trajectories.items()}
         self._points = {name: Reference(trajectory) for name, trajectory in self.references.items()}
         self.timelines = {name: Timeline.of(encoded) for name, encoded in plan.trajectories.items()}

@@ -23,23 +23,37 @@ class Located:
     pose: Pose
 
 
+@dataclass(frozen=True)
+class Arrival:
+    """A frame: when it was measured (flight clock), and how much later it could be used [s]."""
+
+    t: float
+    delay: float
+
+
 class Poses:
     """The poses of all robots, and the pump that sends them on.
 
     Args:
         source: motion capture; None when the drones position themselves.
-        bodies: rigid body by robot. rate: poses sent to each drone [Hz].
+        bodies: rigid body by robot. rates: poses sent to each drone [Hz].
         fleet: who gets them. log: where they are recorded.
     """
 
     def __init__(
-        self, source: MocapSource | None, bodies: Mapping[str, str], rate: float, fleet: Fleet, log: FlightLog
+        self,
+        source: MocapSource | None,
+        bodies: Mapping[str, str],
+        rates: Mapping[str, float],
+        fleet: Fleet,
+        log: FlightLog,
     ) -> None:
         self._source, self._bodies, self._fleet, self._log = source, dict(bodies), fleet, log
-        self._period = 1.0 / rate
+        self._periods = {robot: 1.0 / rate for robot, rate in rates.items()}
         self._due = dict.fromkeys(bodies, -math.inf)
         self._newest: dict[str, Located] = {}
-        self._frames: deque[float] = deque(maxlen=100)
+        self._arrivals: deque[Arrival] = deque(maxlen=1000)
+        self._sent: deque[float] = deque(maxlen=10_000)
         self._last: MocapFrame | None = None
 
     @property
@@ -56,7 +70,7 @@ class Poses:
         if self._source is None:
             return
         for frame in self._source.poll():
-            self._frames.append(frame.t)
+            self._arrivals.append(Arrival(frame.t, now - frame.t))
             self._last = frame
             for robot, body in self._bodies.items():
                 if body in frame.bodies:
@@ -64,8 +78,9 @@ class Poses:
         for robot, seen in self._newest.items():
             # Half a tick of grace: a period that is no multiple of the tick must not lose every other pose.
             if now - seen.t <= STALE and seen.t >= self._due[robot] - 0.005:
-                self._due[robot] = max(self._due[robot] + self._period, seen.t + 0.5 * self._period)
+                self._due[robot] = max(self._due[robot] + self._periods[robot], seen.t + 0.5 * self._periods[robot])
                 self._fleet[robot].send_pose(seen.pose.position, seen.pose.quaternion)
+                self._sent.append(now)
                 self._log.pose(robot, seen.t, seen.pose.position, seen.pose.quaternion)
 
     def send_no_more(self, robot: str) -> None:
@@ -83,11 +98,22 @@ class Poses:
         """Write the state of the motion capture to the log; about once a second."""
         if self._source is None:
             return
-        recent = [t for t in self._frames if t > now - 1.0]
+        recent = [arrival for arrival in self._arrivals if arrival.t > now - 1.0]
+        delays = [1000.0 * arrival.delay for arrival in recent]
         bodies = self._last.bodies if self._last else {}
-        missing = [robot for robot, body in self._bodies.items() if body not in bodies]
-        age = now - self._last.t if self._last else None
-        record = {"rate": float(len(recent)), "age": age, "bodies": len(bodies), "missing": missing}
+        doubtful = self._last.doubtful if self._last else ()
+        record = {
+            "rate": float(len(recent)),
+            "age": now - self._last.t if self._last else None,
+            "latency_ms": sum(delays) / len(delays) if delays else None,
+            "worst_latency_ms": max(delays, default=None),
+            "stale": sum(delay > 1000.0 * STALE for delay in delays),
+            "sent": float(sum(t > now - 1.0 for t in self._sent)),
+            "bodies": len(bodies),
+            "points": len(self._last.points) if self._last else 0,
+            "missing": [robot for robot, body in self._bodies.items() if body not in bodies],
+            "doubtful": [robot for robot, body in self._bodies.items() if body in doubtful],
+        }
         self._log.write("/mocap", now, record)
 
 
