@@ -117,7 +117,6 @@ def _on_hardware(
     uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
     source = mocap(clock)
-    source = None if source is None else in_world(source, flight_plan.mission)
     try:
         metadata = {**flight_plan.versions, "backend": "hardware"}
         with FlightLog(log_path, clock.epoch, {"plan.mcap": plan_bytes(flight_plan)}, metadata) as log:
