@@ -179,7 +179,9 @@ class Search:
     def repair(self, state: al.State) -> al.State:
         """A short push towards the limits of a motion that was cut short; ends as soon as they are met."""
         schedule = replace(self.schedule, growth=REPAIR_GROWTH).steady
-        state, memory = replace(state, mu=max(state.mu, REPAIR_PENALTY)), Memory(schedule.memory)
+        in_force = state.multipliers[: len(self.lagrangian.constraints)]  # the best may be from before preferences went
+        state = replace(state, multipliers=in_force, mu=max(state.mu, REPAIR_PENALTY))
+        memory = Memory(schedule.memory)
         deadline = time.monotonic() + REPAIR_SECONDS
 
         def in_time() -> bool:
