@@ -47,6 +47,7 @@ class Stage:
         speed: at most this many times faster than wall time; None: as fast as possible.
         label: host part of the sim:// URIs.
         air: the radio; None: an ideal one.
+        decks: board names of what is plugged into every drone.
 
     Attributes:
         world, clock, mocap, swarm, air: the parts.
@@ -62,11 +63,13 @@ class Stage:
         speed: float | None = None,
         label: str = "rehearsal",
         air: AirModel | None = None,
+        decks: tuple[str, ...] = (),
     ) -> None:
         names = [robot.name for robot in mission.robots]
         pads = np.array([[*pad_of(mission, name), 0.0] for name in names])
         self.clock = VirtualClock(speed=speed, patience=_PATIENCE)
-        self.world = World([airframe(mission.flight.airframe)] * len(names), pads, np.zeros(len(names)), seed=seed)
+        frame = airframe(mission.flight.airframe)
+        self.world = World([frame] * len(names), pads, np.zeros(len(names)), seed=seed)
         self.mocap = SimulatedMocap(_MOCAP_RATE, seed=seed)
         self.capture = seen_by(self.mocap, mission, seed)
         self._bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
@@ -76,7 +79,9 @@ class Stage:
         self.air = None
         if air is not None:
             self.air = Air(air, stations(mission), seed=seed, held=lambda: self.clock.held)
-        self.swarm = SimulatedSwarm(names, self.world, self.clock, label=label, auto_arm=arms_itself, air=self.air)
+        self.swarm = SimulatedSwarm(
+            names, self.world, self.clock, label=label, auto_arm=arms_itself, airframe=frame, decks=decks, air=self.air
+        )
         self.operator = Interrupts()
         self._mission = mission
         self._killed: ProcessKilled | None = None

@@ -71,7 +71,8 @@ class Served:
         seed: int = 0,
     ) -> None:
         self._clock = clock
-        self._stage = Stage(mission, seed=seed, label=f"served-{id(self)}")
+        decks = ("bcLighthouse4",) if positioning == "onboard" else ()
+        self._stage = Stage(mission, seed=seed, label=f"served-{id(self)}", decks=decks)
         drones = self._stage.swarm.drones
         self.lost = 0.0
         self._relay: MocapRelay | None = None

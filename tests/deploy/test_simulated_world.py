@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
+from deploy.radio.simulated.decks import DECKS
 from deploy.radio.simulated.interface import PoseMeasurement
 from deploy.radio.simulated.physics.sensors import SensorNoise
 from deploy.radio.simulated.physics.world import World
+from deploy.radio.simulated.toc import log_toc
+from deploy.radio.simulated.variables import Snapshot, live_variables
 from missions.airframes import airframe
 
 
@@ -162,6 +165,58 @@ def test_poses_of_others_are_nobody_elses_business(flying):
         flying.send(6, 1, b"\x0b\0\0\0\0")  # lighthouse: nothing to persist
         flying.advance(0.02)
     np.testing.assert_allclose(flying.position, (0.0, 0.0, 1.0), atol=0.12)
+
+
+CONSTANT = {  # groups of the log table of which nothing lives, as the package's docstring says
+    "crtp", "colAv", "sensfusion6", "mag", "posEstAlt", "estimator", "outlierf", "kalman_pred", "ukf", "sensorFilter",
+    "navFilter", "pid_rate", "pid_attitude", "ctrlINDI", "posCtrlIndi", "ctrlLee", "health",
+}  # fmt: skip
+
+
+def test_groups_of_which_nothing_lives_are_those_that_are_documented():
+    decks = tuple(DECKS.values())
+    live = {name.split(".")[0] for name in live_variables(Snapshot(decks=decks))}
+    assert {entry.group for entry in log_toc().entries} - live == CONSTANT
+    assert all(name in log_toc().index for name in live_variables(Snapshot(decks=decks)))
+
+
+def reads(drone, *names):
+    getters = live_variables(drone.firmware._snapshot)
+    return [getters[name]() for name in names]
+
+
+@pytest.mark.parametrize(("controller", "group"), [(1, "controller"), (2, "ctrlMel")])
+def test_commands_of_the_controller_in_charge_live(controller, group):
+    drone = Drone(decks=("bcFlow2", "bcLighthouse4"))
+    drone.set("stabilizer.controller", controller, "B")
+    drone.take_off()
+    drone.stream(b"\x07" + struct.pack("<ffff", 2.0, 0.0, 1.0, 0.0), 0.3)  # ahead: nose down
+    thrust, pitch, m1, m2 = reads(drone, f"{group}.cmd_thrust", f"{group}.cmd_pitch", "motor.m1", "motor.m2")
+    assert 25000 < thrust < 55000
+    assert m1 - m2 == pytest.approx(pitch, abs=2.0)  # front right less back right, the mixer's legacy pitch
+    other = "ctrlMel" if group == "controller" else "controller"
+    assert reads(drone, f"{other}.cmd_thrust") == [0.0]
+
+
+def test_what_pid_aims_at_barometer_and_decks_live():
+    drone = Drone(decks=("bcFlow2", "bcLighthouse4"))
+    drone.take_off()
+    drone.stream(b"\x07" + struct.pack("<ffff", 2.0, 0.0, 1.0, 0.0), 0.3)
+    aimed, rate, body_x, target = reads(
+        drone, "controller.pitch", "controller.pitchRate", "posCtl.bodyX", "posCtl.targetX"
+    )
+    assert -21.0 < aimed < -10.0  # nose down
+    assert rate != 0.0
+    assert (body_x, target) == pytest.approx((drone.position[0], 2.0), abs=0.05)
+    height = drone.position[2]
+    asl, pressure, down, status = reads(drone, "baro.asl", "baro.pressure", "range.zrange", "lighthouse.status")
+    assert asl == pytest.approx(height, abs=0.01)
+    assert pressure == pytest.approx(1013.25 - 0.12 * height, abs=0.02)
+    assert down == pytest.approx(1000.0 * height, rel=0.12)  # along a tilted axis
+    assert status == 2
+    drone.blind = True
+    drone.advance(0.6)
+    assert reads(drone, "lighthouse.status") == [0]
 
 
 @pytest.mark.parametrize("kind", ["cf21", "cf21_brushless"])

@@ -148,6 +148,9 @@ class SimulatedCrazyflie:
             snapshot.setpoint, snapshot.info = self._allowed_setpoint(), self._supervisor.info
             snapshot.measurement = self._localization.latest
             orders = self._orders(snapshot.setpoint)
+            snapshot.controller, snapshot.uptime = orders.controller, uptime
+            if orders.measurements:
+                snapshot.measured = uptime
             if self._receiver is None and t - self._closed_at > _LINK_TIMEOUT:
                 self._log.reset()
             self._log.run()
@@ -155,7 +158,7 @@ class SimulatedCrazyflie:
 
     def _start(self) -> None:
         """Everything a boot begins afresh."""
-        self._snapshot = Snapshot(connected=self._receiver is not None)
+        self._snapshot = Snapshot(connected=self._receiver is not None, decks=self._decks)
         self._parameters = Parameters(self._toc, self.storage)
         self._memory = TrajectoryMemory()
         self._high_level = HighLevelCommander(self._memory, self._parameters, self._uptime)

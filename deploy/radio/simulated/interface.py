@@ -96,6 +96,11 @@ class Telemetry(NamedTuple):
     battery_voltage: float = 4.1  # under the present load [V]
     saturated: bool = False  # a motor command was clipped since the last tick
     tumbled: bool = False  # upside down or on its side for long enough that the firmware would say so
+    variance_attitude: Vec3 = (1e-6, 1e-6, 1e-6)  # kalman.varD0.. [rad²]
+    asked_attitude: Vec3 = ZERO  # roll, pitch, yaw that the PID controller aims at, right-handed [deg]
+    asked_rates: Vec3 = ZERO  # and body rates [deg/s]
+    moments: Vec3 = ZERO  # commanded about body x, y, z, motor counts
+    height: float = 0.0  # above the floor, as a barometer tells it [m]
 
 
 class Firmware(Protocol):

@@ -26,6 +26,7 @@ class Autopilots:
         allowed: (N,) the supervisor's word; without it the motors stand still.
         thrust: (N,) collective command [counts].
         command: (N, 4) motor commands of the last step [counts].
+        moments: (N, 3) about body x, y, z that were asked for at the last step [counts].
         saturated: (N,) a motor command was clipped since :meth:`aim`.
         idle: nobody's motors are asked to turn.
     """
@@ -36,6 +37,7 @@ class Autopilots:
         self.allowed = np.zeros(n, dtype=np.bool_)
         self.thrust = np.zeros(n)
         self.command = np.zeros((n, 4))
+        self.moments = np.zeros((n, 3))
         self.saturated = np.zeros(n, dtype=np.bool_)
         self.idle = True
         self._mellinger, self._pid = Mellinger(airframes, dt), CascadedPid(airframes, dt)
@@ -43,6 +45,11 @@ class Autopilots:
         self._some_mellinger, self._some_pid = False, True
         self._turning, self._all_turn = np.zeros((n, 1)), False
         self._clipped = False
+
+    @property
+    def asked(self) -> Array:
+        """(N, 6) attitudes [deg] and body rates [deg/s] that the PID controllers aim at, in charge or not."""
+        return self._pid.asked
 
     def choose(self, index: int, controller: int) -> None:
         """Put one controller in charge of a drone."""
@@ -94,7 +101,7 @@ class Autopilots:
             self.saturated |= command.max(axis=1) >= COMMAND_MAX
         if not self._all_turn:
             command *= self._turning
-        self.command = command
+        self.command, self.moments = command, moments
         return command
 
     def _aim(self, state: Estimates, dt: float) -> Array:

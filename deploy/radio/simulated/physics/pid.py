@@ -109,7 +109,8 @@ class CascadedPid:
         self._yaw_max_delta = np.zeros((n, 1))  # [degrees] 0: none
         self._tuning = Tuning(self._parameters())
         self._tuned()
-        self._desired = np.zeros((n, 3))  # roll, pitch, yaw [degrees]
+        self.asked = np.zeros((n, 6))  # roll, pitch, yaw [degrees] and body rates [degrees/s] aimed at
+        self._desired, self._asked_rates = self.asked[:, :3], self.asked[:, 3:]
         self._turning = np.zeros((n, 2))  # roll and pitch rates [degrees/s] of those who are given rates
         self._rates: Index = _NOBODY
         self._mode = np.zeros(n, dtype=np.int64)
@@ -169,6 +170,7 @@ class CascadedPid:
         wanted = self._angle.update(error, angles, self._dt)
         if len(self._rates):
             wanted[self._rates, :2] = self._turning[self._rates]
+        self._asked_rates[:] = wanted
         return self._rate.update(wanted - measured, measured, self._dt)
 
     def reset(self, index: Index, rotation: Array) -> None:

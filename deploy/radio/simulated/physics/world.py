@@ -239,11 +239,13 @@ class World:
                 readings.acceleration,
                 readings.gyro,
                 readings.g,
-                e.variances[:, :3],
-                e.variances[:, 6:],
+                e.variances,
                 quaternion,
+                autopilots.asked,
+                autopilots.moments,
                 autopilots.thrust[:, None],
                 self.batteries.voltage[:, None],
+                self.bodies.position[:, 2:],
             ],
             axis=1,
         )
@@ -300,7 +302,9 @@ class _Readings(NamedTuple):
 
 
 def _telemetry(row: list[float], motors: list[int], saturated: bool, tumbled: bool) -> Telemetry:
-    x, y, z, vx, vy, vz, ax, ay, az, p, q, r, gx, gy, gz, sx, sy, sz, svx, svy, svz, qx, qy, qz, qw, thrust, volt = row
+    x, y, z, vx, vy, vz, ax, ay, az, p, q, r, gx, gy, gz = row[:15]
+    px, py, pz, dx, dy, dz, sx, sy, sz, qx, qy, qz, qw = row[15:28]
+    roll, pitch, yaw, rx, ry, rz, mx, my, mz, thrust, volt, height = row[28:]
     m1, m2, m3, m4 = motors
     return Telemetry(
         (x, y, z),
@@ -309,11 +313,16 @@ def _telemetry(row: list[float], motors: list[int], saturated: bool, tumbled: bo
         (qx, qy, qz, qw),
         (p, q, r),
         (gx, gy, gz),
+        (px, py, pz),
         (sx, sy, sz),
-        (svx, svy, svz),
         (m1, m2, m3, m4),
         thrust,
         volt,
         saturated,
         tumbled,
+        (dx, dy, dz),
+        (roll, pitch, yaw),
+        (rx, ry, rz),
+        (mx, my, mz),
+        height,
     )
