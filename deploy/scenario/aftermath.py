@@ -43,7 +43,8 @@ def watch_alone(props: Props, seconds: float) -> tuple[str, ...]:
 def _line(props: Props, name: str, down: dict[str, float], speed: float, seconds: float) -> str:
     x, y, z = props.world.positions[props.index(name)].tolist()
     if name in down:
-        return f"{name} was on the ground {down[name]:.1f} s later at ({x:.2f}, {y:.2f}) m, falling at up to {speed:.1f} m/s"
+        place = f"({x:.2f}, {y:.2f}) m"
+        return f"{name} was on the ground {down[name]:.1f} s later at {place}, falling at up to {speed:.1f} m/s"
     state = Supervisor(props.swarm.drones[name].info)
     doing = state.fault or ("flying" if state.flying else "motors off")
     return f"{name} was still at ({x:.2f}, {y:.2f}, {z:.2f}) m {seconds:.0f} s later, {doing}"
