@@ -108,6 +108,8 @@ class Drone:
             self._crazyflie.close_link()
             raise LinkError(f"{self.name} at {self.uri}: {self._failure}")
         self._connected = True
+        # Ten pings a second and drone are a fifth of a dongle's packets for ten drones; ours, twice a second, will do.
+        self._crazyflie.link_statistics.latency.stop()
         # A connection that was closed before leaves a low-level setpoint behind that outranks the high-level
         # commander: without this word every command is accepted and nothing moves.
         self.release_setpoints()
