@@ -36,6 +36,7 @@ from planner.transfer.plan import plan_transfers
 COUNTS = (1, 4, 10, 30, 50)
 DURATION = 30.0  # s of search
 SPACING = 0.8  # m between neighbours
+PER_DONGLE = 5  # drones that share one radio
 SHIFT = 0.5  # m everybody moves, along x
 ASKED = {10: 20.0, 50: 2.0}  # issue 5: times real time on one core
 # Rest to rest with zero acceleration and jerk at both ends: 35 s⁴ − 84 s⁵ + 70 s⁶ − 20 s⁷.
@@ -80,7 +81,10 @@ def flight_plan(count: int) -> FlightPlan:
         "workspace": {"lower": [0.0, 0.0], "upper": [size, size]},
         "horizon": {"duration": DURATION, "dt": 0.1},
         "information": {"type": "gaussians", "components": [{"mean": [0.5 * size, 0.5 * size], "covariance": 0.1}]},
-        "robots": [{"name": f"cf{i + 1}", "start": list(start)} for i, start in enumerate(starts)],
+        "robots": [
+            {"name": f"cf{i + 1}", "start": list(start), "uri": f"radio://{i // PER_DONGLE}/80/2M/E7E7E7E7{i + 1:02X}"}
+            for i, start in enumerate(starts)
+        ],
         "limits": {"acceleration": 1.0, "speed": 1.0, "separation": 0.3},
     }
     mission = parse_mission(json.dumps(text), path="rehearsal.yaml", read_file={}.__getitem__)
