@@ -9,7 +9,10 @@ import pytest
 import missions
 from missions import fleet, load_mission
 from missions.obstacles import BoxObstacle, CircleObstacle, CylinderObstacle
-from missions.schema import GaussianMixtureMap, NoConnectivity, Robot, Workspace
+from missions.schema import GaussianMixtureMap, Horizon, NoConnectivity, Robot, Workspace
+from planner.constraints.obstacles import Obstacles
+from planner.constraints.paths import When
+from planner.constraints.separation import Separation
 from planner.errors import CertificateFailed
 from planner.indicators import ergodic_metric, indicators
 from planner.pipeline import make_flight_plan
@@ -136,3 +139,16 @@ def test_fifty_robots_are_a_problem():
     assert found["separation"] < 0.0
     assert found["connection"] < 0.0, "starts are neighbours in the ring"
     assert problem.metric.value(motion.q[:-1]) > 1e-3, "and there is something to search"
+
+
+def test_what_is_between_samples_counts_where_margins_do_not_cover_it():
+    """At 1 m/s, samples half of 0.1 s apart miss 1 mm of 0.3 m, of 0.1 m three times as much."""
+    radii = {0.3: When.SAMPLES, 0.1: When.ALWAYS}
+    for radius, when in radii.items():
+        problem = build_problem(imec(obstacles=(CircleObstacle((1.3, 1.5), radius),)))
+        circles = next(c for c in problem.constraints if isinstance(c, Obstacles))
+        assert circles.when is when
+    slow = build_problem(imec(horizon=Horizon(30.0, 0.5)))
+    assert {c.when for c in slow.constraints if isinstance(c, Separation | Obstacles)} == {When.ALWAYS}
+    assert problem.coarse is not None
+    assert {c.when for c in problem.coarse.constraints if isinstance(c, Separation | Obstacles)} == {When.SAMPLES}

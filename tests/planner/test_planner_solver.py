@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from missions.schema import CircleObstacle, ProbabilisticConnectivity, SolverSettings
+from missions.schema import CircleObstacle, Horizon, ProbabilisticConnectivity, SolverSettings
 from planner.coarser import coarser
 from planner.errors import NoFeasiblePlan
 from planner.indicators import indicators
@@ -153,7 +153,7 @@ class TestSolve:
         assert done.status in {SolveStatus.INTERRUPTED, SolveStatus.FEASIBLE_AT_INTERRUPTION}
 
     def test_three_dimensions(self):
-        mission = box()
+        mission = box(horizon=Horizon(12.0, 0.1))  # time enough for all to meet twice, from any start of the search
         plan = solve(build_problem(mission), SETTINGS).plan
         found = indicators(mission, plan.t, plan.q)
         assert found.all_met
@@ -216,6 +216,15 @@ class TestNoPlan:
         assert done.violations
         done = solve(build_problem(imec()), SolverSettings(time_limit=1e-6))
         assert (done.plan, done.status) == (None, SolveStatus.TIME_LIMIT)
+
+    def test_a_motion_from_before_preferences_were_given_up_is_repaired(self, monkeypatch):
+        monkeypatch.setattr(search, "REPAIR_SECONDS", 0.1)
+        problem = build_problem(small(CONNECTED))
+        tested = search.Search(problem, SETTINGS, Schedule())
+        before = tested.start(np.random.default_rng(0)).state
+        tested.without_preferences(before)
+        after = tested.repair(before)
+        assert len(after.multipliers) == len(problem.constraints) < len(before.multipliers)
 
     def test_interruption_keeps_the_best_feasible_plan(self):
         feasible = []
