@@ -94,7 +94,10 @@ def test_the_same_scenario_is_the_same_flight(flown):
     for topic, series in first.series.items():
         assert np.array_equal(series.t, again.series[topic].t), topic
         for field, column in series.columns.items():
-            assert np.array_equal(column, again.series[topic][field], equal_nan=True), (topic, field)
+            same = again.series[topic][field]
+            if field in ("sent", "received"):  # the first flight fetched the table of contents
+                column, same = np.diff(column), np.diff(same)
+            assert np.array_equal(column, same, equal_nan=True), (topic, field)
 
 
 def test_a_silent_drone_is_lost_and_the_others_land(flown):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 
 import pytest
 from cflib.crazyflie import Crazyflie
@@ -136,7 +137,7 @@ def test_bursts_have_the_share_and_the_length_asked_for(rate, burst):
     fading = Fading("seed", 0.0)
     fading.disturb(0.0, rate, burst)
     fails = [fading.fails(0.001 * k) for k in range(400_000)]
-    begun = sum(b and not a for a, b in zip(fails, fails[1:], strict=False))
+    begun = sum(b and not a for a, b in itertools.pairwise(fails))
     assert sum(fails) / len(fails) == pytest.approx(rate, rel=0.15)
     assert fading.mean_loss == pytest.approx(rate)
     assert 0.001 * sum(fails) / begun == pytest.approx(burst, rel=0.15)
