@@ -72,6 +72,9 @@ class Poses:
         for frame in self._source.poll():
             self._arrivals.append(Arrival(frame.t, now - frame.t))
             self._last = frame
+            if frame.points:
+                flat = [coordinate for point in frame.points for coordinate in point]
+                self._log.write("/mocap/points", frame.t, {"points": flat})
             for robot, body in self._bodies.items():
                 if body in frame.bodies:
                     self._newest[robot] = Located(frame.t, frame.bodies[body])

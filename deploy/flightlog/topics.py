@@ -193,6 +193,15 @@ TOPICS: tuple[Topic, ...] = (
         "health of the motion capture",
     ),
     Topic(
+        "/mocap/points",
+        "ergoflie.Points",
+        (Field("points", Kind.NUMBERS, "m", "x, y, z of one marker after the other, unlabelled"),),
+        WORLD,
+        "flight clock at measurement",
+        "every frame of a flight with unlabelled markers",
+        "what the capture system saw; the tracker can be replayed on it",
+    ),
+    Topic(
         "/plan/{robot}/pose",
         "foxglove.PoseInFrame",
         (),
