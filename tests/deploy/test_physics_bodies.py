@@ -215,12 +215,20 @@ def test_downwash_pushes_the_lower_drone_only_and_fades_sideways_and_downwards()
     assert not force(0.3, 0.0).any()
 
 
-def test_tumble_is_said_after_a_second_on_the_side_and_at_once_upside_down():
-    def ticks_until_tumbled(reading):
-        detector = TumbleDetector(1)
-        return next(k for k in range(1, 500) if detector.update(np.array([reading]), 0.01)[0])
-
-    assert ticks_until_tumbled(0.0) == 100
-    assert ticks_until_tumbled(-1.0) == 10
+def ticks_until_tumbled(*readings):
     detector = TumbleDetector(1)
-    assert not any(detector.update(np.array([1.0]), 0.01)[0] for _ in range(500))
+    return next((k for k, g in enumerate(readings, 1) if detector.update(np.array([g]), 0.01)[0]), None)
+
+
+def test_tumble_is_said_after_a_second_on_the_side_and_at_once_upside_down():
+    side, over, upright = (0.0, 1.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+    assert ticks_until_tumbled(*[side] * 200) == 100
+    assert ticks_until_tumbled(*[over] * 200) == 10
+    assert ticks_until_tumbled(*[upright] * 500) is None
+    assert ticks_until_tumbled(*[side] * 50, *[over] * 20) == 51
+
+
+def test_falling_is_not_tumbling():
+    falling, side = (0.05, -0.05, 0.0), (0.0, 1.0, 0.0)
+    assert ticks_until_tumbled(*[falling] * 500) is None
+    assert ticks_until_tumbled(*[side] * 90, *[falling] * 90, *[side] * 200) == 280 - 1

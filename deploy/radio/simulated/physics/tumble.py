@@ -9,18 +9,22 @@ from missions.arrays import Array
 
 _TILTED, _TILTED_FOR = 0.5, 1.0  # body z specific force below this [g], for so long [s]
 _OVERTURNED, _OVERTURNED_FOR = -0.2, 0.1
+_FREE_FALL = 0.1  # [g] every axis below it
 
 
 class TumbleDetector:
-    """Timers of all drones."""
+    """Timers of all drones; free fall, which feels like nothing, is no tumbling and starts them again."""
 
     def __init__(self, n: int) -> None:
-        self._tilted, self._overturned = np.zeros(n), np.zeros(n)
+        self._tilted = np.zeros(n)
 
-    def update(self, specific_force_z: Array, dt: float) -> Flags:
-        """Take accelerometer readings along body z (N,) [g]; returns (N,) bool."""
-        self._tilted = np.where(specific_force_z < _TILTED, self._tilted + dt, 0.0)
-        self._overturned = np.where(specific_force_z < _OVERTURNED, self._overturned + dt, 0.0)
+    def update(self, specific_force: Array, dt: float) -> Flags:
+        """Take accelerometer readings (N, 3) [g], body frame; returns (N,) bool."""
+        z = specific_force[:, 2]
+        before = np.where(np.abs(specific_force).max(axis=1) < _FREE_FALL, 0.0, self._tilted)
+        self._tilted = np.where(z < _TILTED, before + dt, 0.0)
+        # Upside down counts from the start of being tilted, as it does in the firmware.
+        overturned = np.where(z < _OVERTURNED, self._tilted, 0.0)
         # Half a tick of slack: a sum of 100 ticks of 10 ms is not exactly one second.
-        tumbled: Flags = (self._tilted > _TILTED_FOR - dt / 2) | (self._overturned > _OVERTURNED_FOR - dt / 2)
+        tumbled: Flags = (self._tilted > _TILTED_FOR - dt / 2) | (overturned > _OVERTURNED_FOR - dt / 2)
         return tumbled

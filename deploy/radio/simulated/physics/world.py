@@ -231,7 +231,7 @@ class World:
         """Tell every firmware what its drone knows; their orders."""
         e, autopilots = self.estimators, self.autopilots
         quaternion = multiply(e.rotation_error, self.bodies.quaternion)
-        tumbled = self._tumble.update(readings.g[:, 2], TICK)
+        tumbled = self._tumble.update(readings.g, TICK)
         block = np.concatenate(
             [
                 state.position,
