@@ -15,6 +15,7 @@ from deploy.errors import DeployError
 from deploy.flight import manoeuvres, passages
 from deploy.flight.loop import EmergencyStop, Flight
 from deploy.flight.muster import Muster
+from deploy.flight.reactions import Reaction
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Nobody, Operator
@@ -122,10 +123,10 @@ def _fly(flight: Flight) -> FlightOutcome:
             flight.enter(Phase.CANCELLED)
             flight.event("cancelled", str(error), level="fault")
             raise
-        landed, reason = _bring_down(flight, str(error))
+        landed, reason = _bring_down(flight, error if isinstance(error, Reaction) else Reaction(str(error)))
     finally:
         if flight.phases.airborne:  # something nobody foresaw is on its way up
-            _bring_down(flight, "the flight software failed")
+            _bring_down(flight, Reaction("the flight software failed"))
     return _outcome(flight, began, reason, report, landed)
 
 
@@ -140,11 +141,11 @@ def _airborne(flight: Flight) -> dict[str, bool]:
     return manoeuvres.land(flight)
 
 
-def _bring_down(flight: Flight, reason: str) -> tuple[dict[str, bool], str]:
+def _bring_down(flight: Flight, reaction: Reaction) -> tuple[dict[str, bool], str]:
     try:
-        return manoeuvres.abort(flight, reason), reason
+        return manoeuvres.abort(flight, reaction), str(reaction)
     except EmergencyStop:
-        return _emergency(flight), f"{reason}; then the operator stopped the motors"
+        return _emergency(flight), f"{reaction}; then the operator stopped the motors"
 
 
 def _emergency(flight: Flight) -> dict[str, bool]:

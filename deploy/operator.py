@@ -6,7 +6,9 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Protocol
+from typing import Literal, Protocol
+
+Word = Literal["land", "hold", "abort", "stop"]
 
 
 class Operator(Protocol):
@@ -14,6 +16,12 @@ class Operator(Protocol):
 
     def land_requested(self) -> bool:
         """Whether everybody shall land now."""
+
+    def hold_requested(self) -> bool:
+        """Whether everybody shall brake and hover."""
+
+    def return_requested(self) -> bool:
+        """Whether everybody shall fly back over his pad and land."""
 
     def stop_requested(self) -> bool:
         """Whether the motors shall stop now, in whatever height."""
@@ -23,6 +31,14 @@ class Nobody:
     """An operator who lets the flight run."""
 
     def land_requested(self) -> bool:
+        """Never."""
+        return False
+
+    def hold_requested(self) -> bool:
+        """Never."""
+        return False
+
+    def return_requested(self) -> bool:
         """Never."""
         return False
 
@@ -41,28 +57,56 @@ class Either:
         """Whether either wants it."""
         return self._one.land_requested() or self._other.land_requested()
 
+    def hold_requested(self) -> bool:
+        """Whether either wants it."""
+        return self._one.hold_requested() or self._other.hold_requested()
+
+    def return_requested(self) -> bool:
+        """Whether either wants it."""
+        return self._one.return_requested() or self._other.return_requested()
+
     def stop_requested(self) -> bool:
         """Whether either wants it."""
         return self._one.stop_requested() or self._other.stop_requested()
 
 
 class Interrupts:
-    """An operator who counts requests: the first lands, the second stops the motors."""
+    """An operator who counts requests to land: the first lands, the second stops the motors. May be called anywhere."""
 
     def __init__(self) -> None:
         self._count = 0
+        self._hold = self._return = self._stop = False
 
     def request(self) -> None:
-        """One more; safe to call in a signal handler."""
+        """Land; once more: stop the motors. Safe to call in a signal handler."""
         self._count += 1
+
+    def say(self, word: Word) -> None:
+        """Say what is wanted; ``land`` any number of times only lands, ``abort`` calls everybody back to the pads."""
+        if word == "land":
+            self._count = max(self._count, 1)
+        elif word == "hold":
+            self._hold = True
+        elif word == "abort":
+            self._return = True
+        else:
+            self._stop = True
 
     def land_requested(self) -> bool:
         """Whether there was a request."""
         return self._count >= 1
 
+    def hold_requested(self) -> bool:
+        """Whether somebody said so."""
+        return self._hold
+
+    def return_requested(self) -> bool:
+        """Whether somebody said so."""
+        return self._return
+
     def stop_requested(self) -> bool:
-        """Whether there were two."""
-        return self._count >= 2
+        """Whether there were two requests to land, or somebody said so."""
+        return self._count >= 2 or self._stop
 
 
 @contextmanager

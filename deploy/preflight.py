@@ -309,8 +309,9 @@ def _position_checks(drone: DroneFacts, external: bool) -> list[PreflightCheck]:
     robot, checks = drone.robot, []
     if not external:
         decks = "firmware knows of none" if drone.decks is None else ", ".join(drone.decks) or "none"
-        result: Result = "warning" if drone.decks is None else "pass" if drone.decks else "failure"
-        remedy = "" if drone.decks else "fly with motion capture, or mount a deck that knows where it is"
+        # A warning only: somebody else's computer may send positions. Without any the estimator is not sure.
+        result: Result = "pass" if drone.decks else "warning"
+        remedy = "" if drone.decks else "fly with --mocap, or mount a deck that knows where it is"
         checks.append(PreflightCheck("positioning deck", robot, result, decks, "one that tells positions", remedy))
     if not math.isnan(drone.deviation):
         checks.append(

@@ -13,6 +13,7 @@ from deploy.errors import CommandRefused, DeployError
 from deploy.flight.loop import Flight
 from deploy.flight.poses import heading
 from deploy.flight.records import Ready
+from deploy.flight.watch import tilt
 from deploy.phases import TABLE, Phase
 from deploy.preflight import SETTLED_DEVIATION, DroneFacts, PreflightCheck, check_drone
 from deploy.radio.drone import Drone
@@ -202,7 +203,7 @@ def _facts(flight: Flight, name: str) -> DroneFacts:
         pose=located.pose.position if external and located else None,
         pose_age=flight.clock.now() - located.t if located else math.inf,
         estimate=estimate.position if estimate else None,
-        tilt=math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch)))) if estimate else math.nan,
+        tilt=tilt(roll, pitch) if estimate else math.nan,
         parameters=ready.parameters,
         decks=ready.decks,
         deviation=math.sqrt(max(variance.position)) if variance else math.nan,

@@ -50,7 +50,7 @@ class Journal:
         if isinstance(record, Estimate):
             self.log.estimate(robot, record.t, record.position, record.velocity, record.rpy, record.tick)
         elif isinstance(record, Target):
-            self.log.setpoint(robot, record.t, record.position, record.velocity, record.yaw, record.tick)
+            self.log.setpoint(robot, record.t, record.position, record.velocity, record.yaw_rate, record.tick)
         elif isinstance(record, Status):
             self.log.battery(robot, record.t, record.voltage, record.level, record.power_state)
             self.log.supervisor(robot, record.t, record.supervisor.bits, record.supervisor.names)

@@ -9,18 +9,21 @@ from __future__ import annotations
 
 import itertools
 import math
+import queue
+import threading
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from deploy.clock import Clock
-from deploy.errors import FlightAborted
 from deploy.flight.journal import Journal, Level
 from deploy.flight.poses import Poses
+from deploy.flight.reactions import Reaction, policy_for, strongest
 from deploy.flight.records import FlightStatus, Ready, RobotStatus
 from deploy.flight.reference import Reference
-from deploy.flight.watch import Limits, Seen, Watch
+from deploy.flight.watch import AHEAD, Finding, Limits, Seen, Watch, ahead, tilt
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
 from deploy.phases import Phase, Phases
@@ -35,6 +38,7 @@ from planner.flightplan import FlightPlan
 from planner.trajectory.encode import decode
 from planner.trajectory.timeline import Timeline
 
+T = TypeVar("T")
 Vec3 = tuple[float, float, float]
 TICK = 0.01  # s
 WATCH_EVERY = 5  # ticks
@@ -143,21 +147,20 @@ class Flight:
         """One turn of the loop.
 
         Raises:
-            EmergencyStop: the operator stops the motors. FlightAborted: the mission has to end, with the reason.
+            EmergencyStop: the operator stops the motors. Reaction: the mission has to end, with the reason.
         """
         self.clock.sleep_until(self.clock.now() + TICK)
         now, turn = self.clock.now(), next(self._turns)
-        reason = self._sense(now, look=turn % WATCH_EVERY == 0)
+        reaction = self._sense(now, look=turn % WATCH_EVERY == 0)
         if turn % 10 == 0 and self._observer is not None:
             self._observer(self.status())
         if turn % 50 == 0:
             self._record_health(now)
         if self.operator.stop_requested() and not self.phases.over:
             raise EmergencyStop
-        if self.operator.land_requested():
-            reason = "the operator asked to land"
-        if reason and (self.watching or not (self.phases.airborne or self.phases.over)):
-            raise FlightAborted(reason)
+        reaction = self._asked() or reaction
+        if reaction and (self.watching or not (self.phases.airborne or self.phases.over)):
+            raise reaction
 
     def wait(self, seconds: float) -> None:
         """Let flight time pass."""
@@ -175,6 +178,33 @@ class Flight:
             if condition():
                 return True
         return False
+
+    def aside(self, work: Callable[[], T]) -> T:
+        """Compute something that takes a while in a thread of its own: poses and commands do not wait for it.
+
+        Raises:
+            Whatever the work or a tick raises; after an error of a tick nobody waits for the work.
+        """
+        done: queue.SimpleQueue[tuple[T | None, BaseException | None]] = queue.SimpleQueue()
+        holding = threading.Event()
+
+        def run() -> None:
+            with self.clock.hold():
+                holding.set()
+                try:
+                    done.put((work(), None))
+                except BaseException as error:  # noqa: BLE001 - raised again in the flight's own thread
+                    done.put((None, error))
+
+        threading.Thread(target=run, name="aside", daemon=True).start()
+        holding.wait()
+        while True:
+            self.tick()
+            if not done.empty():
+                result, error = done.get()
+                if error is not None:
+                    raise error
+                return result  # type: ignore[return-value]
 
     # ------------------------------------------------------------------------------------------------ who is where
 
@@ -283,49 +313,69 @@ class Flight:
     def _point(self, robot: str, t: float) -> Vec3:
         return self._points[robot].position(t)
 
-    def _sense(self, now: float, look: bool) -> str:
-        """Poses, telemetry, watch; returns why the flight has to end, or nothing."""
-        reason = ""
+    def _asked(self) -> Reaction | None:
+        """What the operator wants; to land whatever else is under way, to hold or go back once."""
+        if self.operator.land_requested():
+            return Reaction("the operator asked to land")
+        if self.phases.now is Phase.ABORTING:
+            return None
+        if self.operator.return_requested():
+            return Reaction("the operator called everybody back", "return")
+        if self.operator.hold_requested():
+            return Reaction("the operator asked to hold", "hold")
+        return None
+
+    def _sense(self, now: float, look: bool) -> Reaction | None:
+        """Poses, telemetry, watch; returns how the flight has to end, if it has to."""
+        reaction = None
         try:
             self.poses.pump(now)
         except MocapError as error:
-            reason = f"motion capture: {error}"
+            reaction = Reaction(f"motion capture: {error}")
         for name, drone in self.fleet.items():
             for record in drone.poll():
                 self.journal.telemetry(name, record)
         self._record_references(now)
         if self.phases.airborne:
-            return (self._look(now) if look else "") or reason
-        return self._lost_on_the_ground() or reason
+            return (self._look(now) if look else None) or reaction
+        return self._lost_on_the_ground() or reaction
 
-    def _lost_on_the_ground(self) -> str:
+    def _lost_on_the_ground(self) -> Reaction | None:
         if self.phases.now is not Phase.ARMED:
-            return ""  # whoever gets everybody ready looks, and may try again or go on without
+            return None  # whoever gets everybody ready looks, and may try again or go on without
         lost = {name: drone.lost for name, drone in self.fleet.items() if drone.lost}
-        return "; ".join(f"{name}: link lost: {why}" for name, why in lost.items())
+        return Reaction("; ".join(f"{name}: link lost: {why}" for name, why in lost.items())) if lost else None
 
-    def _look(self, now: float) -> str:
-        reasons = []
+    def _look(self, now: float) -> Reaction | None:
+        due: list[Finding] = []
         for finding in self._watch.look(now, self._seen(now)):
-            lost = finding.name == "link"
             level: Level = "fault" if finding.level == "abort" else "warning"
-            self.event(finding.name.split()[0], finding.text, robot=finding.robot, level=level, value=finding.value)
+            self.event(finding.kind, finding.text, robot=finding.robot, level=level, value=finding.value)
             if finding.robot in self.notes:
                 self.notes[finding.robot] = finding.text
             searching = self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
+            lost = finding.name == "link"
             carries_on = lost and not self.poses.external and searching and self.timelines[finding.robot].legs == 1
             if finding.level == "abort" and not carries_on:
-                reasons.append(f"{finding.robot}: {finding.text}")
-        return "; ".join(reasons)
+                due.append(finding)
+        if not due:
+            return None
+        policies = [policy_for(self.plan.mission.safety, finding.kind) for finding in due]
+        strong = strongest(policies)
+        about = [f.robot for f, policy in zip(due, policies, strict=True) if policy == strong]
+        return Reaction("; ".join(f"{finding.robot}: {finding.text}" for finding in due), strong, about)
 
     def _seen(self, now: float) -> list[Seen]:
         drones = []
         for name, drone in self.fleet.items():
             located, status = self.poses.located(name), drone.status
             position = None if located is None else located.pose.position
-            reference = self.reference(name, now)
+            # Where it should have been when it was seen: an old pose is late, not off its trajectory.
+            reference = self.reference(name, now if located is None else located.t)
             if position is not None and reference is not None:
                 self.largest_error[name] = max(self.largest_error[name], math.dist(position, reference))
+            estimate = drone.estimate
+            velocity = estimate.velocity if estimate else (0.0, 0.0, 0.0)
             drones.append(
                 Seen(
                     name,
@@ -336,9 +386,20 @@ class Flight:
                     status.battery_low if status else False,
                     now - drone.heard,
                     drone.lost,
+                    velocity,
+                    () if position is None else self._ahead(name, now, position, velocity, reference),
+                    tilt(*estimate.rpy[:2]) if estimate else math.nan,
+                    status.voltage if status else math.nan,
                 )
             )
         return drones
+
+    def _ahead(self, name: str, now: float, position: Vec3, velocity: Vec3, reference: Vec3 | None) -> tuple[Vec3, ...]:
+        if reference is None:  # moves brake before they end: only the near future is as straight as the present
+            x, y, z = (p + v * AHEAD[0] for p, v in zip(position, velocity, strict=True))
+            return ((x, y, z),)
+        later = [self.reference_at(name, now + t) for t in AHEAD]
+        return ahead(position, velocity, reference, self.velocity_reference(name, now), later)
 
     def _record_references(self, now: float) -> None:
         if self.phases.now is not Phase.ON_MISSION or not self.search.begun:

@@ -9,12 +9,13 @@ from collections.abc import Collection, Iterable, Mapping
 from deploy.flight.legs import Chains
 from deploy.flight.loop import RETRY, Flight, Vec3
 from deploy.flight.passages import fly, require
+from deploy.flight.reactions import Reaction
 from deploy.phases import TABLE, Phase
 from deploy.radio import highlevel
 from deploy.radio.requests import Reply
 from deploy.radio.supervisor import Supervisor
 from deploy.upload import trajectory_id
-from planner.transfer.descent import clear_descents
+from planner.transfer.descent import clear_descents, ways_home
 from planner.transfer.errors import TransferError
 
 GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
@@ -86,8 +87,8 @@ def land(flight: Flight) -> dict[str, bool]:
     return landed
 
 
-def abort(flight: Flight, reason: str) -> dict[str, bool]:
-    """Brake, hover, and land together, in place unless something is below; those in the air only. Returns who is down.
+def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
+    """Bring down those in the air, the way the reaction says; returns who is down.
 
     Landing from motion would stop with a jerk (the commander plans landings from rest), so everybody brakes first.
     Braking together from certified motion, over less than the distance that two drones keep, needs no new plan.
@@ -96,13 +97,18 @@ def abort(flight: Flight, reason: str) -> dict[str, bool]:
     searching = flight.phases.now in (Phase.ON_MISSION, Phase.HOLDING) and flight.search.begun
     if flight.phases.now is not Phase.LANDING:
         flight.enter(Phase.ABORTING)
-    flight.event("abort", reason, level="fault")
+    flight.event("abort", f"{reaction} ({reaction.policy})", level="fault")
+    if reaction.policy == "stop_motors":
+        _drop(flight, reaction.robots)
     flying = [name for name in flight.alive if _height(flight, name) > OFF_THE_GROUND]
     grounded = [name for name in flight.alive if name not in flying]
     flight.command({name: highlevel.stop() for name in grounded}, patience=0.3)
     if flying and flight.phases.now is Phase.ABORTING:
         _brake(flight, flying, searching)
-        _step_aside(flight, flying)
+        if reaction.policy == "hold":
+            reaction = _hold(flight)
+        if not (reaction.policy == "return" and _over_the_pads(flight, flying)):
+            _step_aside(flight, flying)
     landed = _descend(flight, flight.alive)
     flight.enter(Phase.ABORTED)
     return landed
@@ -159,12 +165,54 @@ def _brake(flight: Flight, names: Iterable[str], searching: bool) -> None:
     flight.wait(duration + _CALM)
 
 
+def _drop(flight: Flight, names: Iterable[str]) -> None:
+    """Stop the motors of these; names of pairs stand for both."""
+    for name in {part for about in names for part in about.split("–") if part in flight.fleet}:
+        for _ in range(3):  # nobody answers this packet
+            flight.fleet[name].emergency_stop()
+        flight.event("emergency", "motors stopped by the mission's policy", robot=name, level="fault")
+
+
+def _hold(flight: Flight) -> Reaction:
+    """Everybody hovers where he stopped; returns how it goes on from here: never in a hover."""
+    safety, operator = flight.plan.mission.safety, flight.operator
+    flight.event("hold", f"everybody hovers, for at most {safety.hold_time:g} s", level="warning")
+    flight.watching = True
+    try:
+        called = flight.wait_until(operator.return_requested, safety.hold_time)
+        after = Reaction("the hover is over", "return" if called else "land_all")
+    except Reaction as reaction:
+        after = reaction if reaction.policy != "hold" else Reaction(str(reaction))
+    flight.watching = False
+    flight.event("hold", f"{after} ({after.policy})", level="warning")
+    if after.policy == "stop_motors":
+        _drop(flight, after.robots)
+    return after
+
+
+def _over_the_pads(flight: Flight, names: Collection[str]) -> bool:
+    """Everybody to over his pad, along ways planned from where all are now; False if there are none."""
+    positions = {name: position for name in flight.fleet if (position := flight.position(name)) is not None}
+    able = [name for name in names if name in positions]
+    try:
+        passage = flight.aside(lambda: ways_home(flight.plan.mission, positions, able))
+    except TransferError as error:
+        flight.event("return", f"nobody flies back: {error}", level="warning")
+        return False
+    flight.event("return", f"{len(passage)} fly back to their pads", level="warning")
+    if refused := fly(flight, passage):
+        flight.event("return", refused, level="warning")
+        return False
+    flight.wait(_CALM)
+    return True
+
+
 def _step_aside(flight: Flight, names: Collection[str]) -> None:
     """Everybody who has an obstacle or another drone below to where they can land, if there is such a place."""
     positions = {name: position for name in flight.fleet if (position := flight.position(name)) is not None}
     able = [name for name in names if name in positions]
     try:
-        passage = clear_descents(flight.plan.mission, positions, able)
+        passage = flight.aside(lambda: clear_descents(flight.plan.mission, positions, able))
     except TransferError as error:
         flight.event("step_aside", str(error), level="warning")
         return
@@ -176,9 +224,9 @@ def _step_aside(flight: Flight, names: Collection[str]) -> None:
 
 
 def _motion(flight: Flight, name: str, searching: bool) -> tuple[Vec3, Vec3, float]:
-    """Position, velocity and yaw of what the commander asks for now: where a new move begins."""
-    target, now = flight.fleet[name].target, flight.clock.now()
-    yaw = target.yaw if target else 0.0
+    """Position and velocity of what the commander asks for now, and the heading: where a new move begins."""
+    target, estimate, now = flight.fleet[name].target, flight.fleet[name].estimate, flight.clock.now()
+    yaw = estimate.rpy[2] if estimate else 0.0
     if searching:
         reference = flight.reference_at(name, now)
         # Telemetry is a little old, the reference is not; but a drone may be flying something else.

@@ -1,25 +1,32 @@
 """What may not happen in flight, judged from one look at all drones; no I/O.
 
-Two levels. A *warning* is written down. An *abort* ends the mission: all brake, hover, and land in place together. A
-condition has to last for its patience before it counts, so that one bad camera frame lands nobody.
+Two levels. A *warning* is written down. At the *action* level the mission's policy for the kind of finding decides
+what happens (``safety:``, reactions.py; by default all brake, hover, and land in place together). A condition has to
+last for its patience before it counts, so that one bad camera frame lands nobody.
 
-============== ================================== ======================================= ========
-condition      warning                            abort                                   patience
-============== ================================== ======================================= ========
-link                                              lost, or silent for 2 s (see below)     0 s
+============== ================================== ======================================= ===================
+kind           warning                            action                                  patience
+============== ================================== ======================================= ===================
+link           silent for 0.5 s                   lost, or silent for 2 s (see below)     0 s
 supervisor                                        tumbled, locked, crashed, deck fault,   0.2 s
                                                   cannot fly
 pose           older than 0.25 s                  older than 1 s                          0 s
 tracking       beyond half of the limit           beyond ``flight.tracking_limit``        0.2 s
-separation     5 cm below ``limits.separation``   below 60 % of it                        0.1 s
+separation     5 cm below ``limits.separation``   below 60 % of it, now or as predicted   0.1 s
 geofence                                          outside workspace, pads, starts and     0.1 s
-                                                  ``flight.geofence_margin``
-battery                                           the firmware says low power             0 s
-============== ================================== ======================================= ========
+                                                  ``flight.geofence_margin``, or too fast
+                                                  to stop inside (horizontally)
+battery        within 0.2 V of the limit          below ``safety.battery_limit``, or the  2 s; 0 s for the
+                                                  firmware says low power                 firmware's word
+tilt           beyond 70 % of the limit           beyond ``safety.tilt_limit``            0.1 s
+============== ================================== ======================================= ===================
+
+Separations are predicted from where drones are and will be if they go on to deviate from their trajectories as they do
+now: drones that follow theirs are never predicted to meet.
 
 A drone whose link is lost in the search, and which positions itself, flies its certified trajectory to the end: nobody
 is safer than those who follow theirs beside it, so the mission goes on and the drone is a fault in the log. With
-external positioning it is blind from then on, and everybody lands.
+external positioning it is blind from then on, and the policy decides.
 """
 
 from __future__ import annotations
@@ -31,24 +38,36 @@ from dataclasses import dataclass
 from typing import Literal
 
 from deploy.radio.supervisor import Supervisor
-from missions.fleet import fence
+from missions.fleet import accelerations, fence
 from missions.schema import Mission
 
 Vec3 = tuple[float, float, float]
 POSE_OLD, POSE_LOST = 0.25, 1.0  # s
-SILENT = 2.0  # s
+QUIET, SILENT = 0.5, 2.0  # s
+AHEAD = (0.2, 0.4)  # s for which separations are predicted
+LOW_BATTERY = 0.2  # V above the limit
+TILTED = 0.7  # share of the limit
 SEPARATION_SLACK = 0.05  # m
 SEPARATION_SHARE = 0.6
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the mission allows: tracking error and separation [m], and the box nobody may leave [m]."""
+    """What the mission allows.
+
+    Attributes:
+        tracking, separation: [m]. lower, upper: corners of the box nobody may leave [m].
+        braking: acceleration along an axis that everybody is able to brake with [m/s²].
+        tilt: [rad]. voltage: [V].
+    """
 
     tracking: float
     separation: float
     lower: Vec3
     upper: Vec3
+    braking: float = math.inf
+    tilt: float = math.inf
+    voltage: float = 0.0
 
     @classmethod
     def of(cls, mission: Mission) -> Limits:
@@ -57,7 +76,10 @@ class Limits:
         lower, upper = fence(mission)
         (x0, y0, z0), (x1, y1, z1) = (lower - margin).tolist(), (upper + margin).tolist()
         # The floor keeps drones from leaving downwards; an estimate may well be a little below it.
-        return cls(mission.flight.tracking_limit, mission.limits.separation, (x0, y0, z0), (x1, y1, z1))
+        box = (x0, y0, z0), (x1, y1, z1)
+        braking, safety = float(accelerations(mission).max()), mission.safety
+        own = mission.flight.tracking_limit, mission.limits.separation
+        return cls(*own, *box, braking, safety.tilt_limit, safety.battery_limit)
 
 
 @dataclass(frozen=True)
@@ -69,6 +91,8 @@ class Seen:
         reference: where it should be [m]; None outside the search.
         supervisor: None before the first telemetry. battery_low: the firmware's word.
         silence: time since its last packet [s]. lost: why the link is gone; empty while it is up.
+        velocity: [m/s] by its own estimate. ahead: where it will be [m] at the times :data:`AHEAD`, if known.
+        tilt: from the vertical [rad]. voltage: of its battery [V]. NaN if unknown.
     """
 
     robot: str
@@ -79,6 +103,10 @@ class Seen:
     battery_low: bool
     silence: float
     lost: str
+    velocity: Vec3 = (0.0, 0.0, 0.0)
+    ahead: tuple[Vec3, ...] = ()
+    tilt: float = math.nan
+    voltage: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -92,12 +120,20 @@ class Finding:
     value: float
     patience: float = 0.0
 
+    @property
+    def kind(self) -> str:
+        """What it is about: a key of the mission's ``safety`` record."""
+        return self.name.split()[0]
+
 
 def inspect(limits: Limits, drones: Sequence[Seen]) -> list[Finding]:
     """Everything that is wrong at one moment."""
     found: list[Finding] = []
     for drone in drones:
-        found += _link(drone) if drone.lost or drone.silence > SILENT else [*_body(drone), *_place(limits, drone)]
+        if drone.lost or drone.silence > SILENT:
+            found += _link(drone)
+        else:
+            found += [*_quiet(drone), *_body(limits, drone), *_place(limits, drone)]
     for a, b in itertools.combinations(drones, 2):
         found += _separation(limits, a, b)
     return found
@@ -108,14 +144,48 @@ def _link(drone: Seen) -> list[Finding]:
     return [Finding("link", drone.robot, "abort", f"link lost: {why}", drone.silence)]
 
 
-def _body(drone: Seen) -> list[Finding]:
-    found = []
+def tilt(roll: float, pitch: float) -> float:
+    """Angle between a drone's vertical and the world's [rad]."""
+    return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
+
+
+def ahead(position: Vec3, velocity: Vec3, now: Vec3, drift: Vec3, later: Sequence[Vec3]) -> tuple[Vec3, ...]:
+    """Where a drone will be at the times :data:`AHEAD` [m].
+
+    Args:
+        position: where it is [m].
+        velocity: how it moves [m/s].
+        now: where its trajectory is [m].
+        drift: how that moves [m/s].
+        later: where its trajectory will be at those times.
+    """
+    x, y, z = (p - r for p, r in zip(position, now, strict=True))
+    u, v, w = (p - r for p, r in zip(velocity, drift, strict=True))
+    return tuple((a + x + u * t, b + y + v * t, c + z + w * t) for t, (a, b, c) in zip(AHEAD, later, strict=True))
+
+
+def _quiet(drone: Seen) -> list[Finding]:
+    if drone.silence <= QUIET:
+        return []
+    return [Finding("link warning", drone.robot, "warning", f"silent for {drone.silence:.1f} s", drone.silence)]
+
+
+def _body(limits: Limits, drone: Seen) -> list[Finding]:
+    found: list[Finding] = []
     word = drone.supervisor
     if word is not None and (word.fault or not word.can_fly):
         text = f"supervisor: {word.fault or 'the drone can no longer fly'}"
         found.append(Finding("supervisor", drone.robot, "abort", text, float(word.bits), 0.2))
     if drone.battery_low:
         found.append(Finding("battery", drone.robot, "abort", "battery low", math.nan))
+    elif drone.voltage < limits.voltage + LOW_BATTERY:
+        level: Literal["warning", "abort"] = "abort" if drone.voltage < limits.voltage else "warning"
+        text = f"battery at {drone.voltage:.2f} V; allowed {limits.voltage:.2f} V"
+        found.append(Finding(f"battery {level}", drone.robot, level, text, drone.voltage, 2.0))
+    if drone.tilt > TILTED * limits.tilt:
+        level = "abort" if drone.tilt > limits.tilt else "warning"
+        text = f"tilts by {math.degrees(drone.tilt):.0f}°; allowed {math.degrees(limits.tilt):.0f}°"
+        found.append(Finding(f"tilt {level}", drone.robot, level, text, drone.tilt, 0.1))
     return found
 
 
@@ -130,6 +200,9 @@ def _place(limits: Limits, drone: Seen) -> list[Finding]:
     if not all(lo <= p <= hi for lo, p, hi in zip(limits.lower, position, limits.upper, strict=True)):
         where = ", ".join(f"{p:.2f}" for p in position)
         found.append(Finding("geofence", robot, "abort", f"outside the geofence at ({where}) m", math.nan, 0.1))
+    elif (beyond := _overshoot(limits, position, drone.velocity)) > 0.0:
+        text = f"too fast to stop inside the geofence: {beyond:.2f} m beyond"
+        found.append(Finding("geofence", robot, "abort", text, beyond, 0.1))
     if drone.reference is not None:
         error = math.dist(position, drone.reference)
         if error > limits.tracking / 2:
@@ -139,15 +212,31 @@ def _place(limits: Limits, drone: Seen) -> list[Finding]:
     return found
 
 
+def _overshoot(limits: Limits, position: Vec3, velocity: Vec3) -> float:
+    """How far outside the box a drone would come to a stop [m], horizontally; negative: inside.
+
+    Certified trajectories never are: on each axis they brake with what the mission allows, inside the workspace.
+    """
+    worst = -math.inf
+    for lower, upper, p, v in zip(limits.lower[:2], limits.upper[:2], position, velocity, strict=False):
+        stop = p + 0.5 * v * abs(v) / limits.braking
+        worst = max(worst, lower - stop, stop - upper)
+    return worst
+
+
 def _separation(limits: Limits, a: Seen, b: Seen) -> list[Finding]:
     if a.position is None or b.position is None or max(a.age, b.age) > POSE_LOST:
         return []
-    distance = math.dist(a.position, b.position)
+    distance, when = math.dist(a.position, b.position), "apart"
+    least = SEPARATION_SHARE * limits.separation
+    for t, p, q in zip(AHEAD, a.ahead, b.ahead, strict=False):
+        if distance >= least and (predicted := math.dist(p, q)) < least:
+            distance, when = predicted, f"apart in {t:.1f} s"
     if distance >= limits.separation - SEPARATION_SLACK:
         return []
-    level: Literal["warning", "abort"] = "abort" if distance < SEPARATION_SHARE * limits.separation else "warning"
+    level: Literal["warning", "abort"] = "abort" if distance < least else "warning"
     pair = f"{a.robot}–{b.robot}"
-    text = f"{distance:.2f} m apart; the mission asks for {limits.separation:.2f} m"
+    text = f"{distance:.2f} m {when}; the mission asks for {limits.separation:.2f} m"
     return [Finding(f"separation {level}", pair, level, text, distance, 0.1)]
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from missions import fleet
 from missions.airframes import airframe
 from missions.arrays import Array
 from missions.schema import Mission
@@ -52,6 +53,30 @@ def clear_descents(
     for k in blocked:
         goal[k] = places.nearest(k, goal[taken])
         taken.append(k)
+    return plan_moves(here, begin, goal, hurried=True)
+
+
+def ways_home(mission: Mission, positions: Mapping[str, tuple[float, float, float]], able: Collection[str]) -> Passage:
+    """Moves that bring everybody from anywhere to over his pad, at the height he has.
+
+    Args:
+        mission: whose pads, and what is in the way.
+        positions: where robots are [m], those on the ground and those who cannot be told to move among them.
+        able: who hovers and can be told to move.
+
+    Raises:
+        TransferError: somebody has no way, or stands where another one has to land.
+    """
+    here = replace(mission, robots=tuple(robot for robot in mission.robots if robot.name in positions))
+    begin = np.array([positions[robot.name] for robot in here.robots], dtype=np.float64).reshape(-1, 3)
+    goal = begin.copy()
+    moving = [k for k, robot in enumerate(here.robots) if robot.name in able]
+    goal[moving, :2] = fleet.pads(here)[moving]
+    places = _Places(here, goal)
+    for k in moving:
+        below = [here.robots[j].name for j in range(len(goal)) if j != k and places.below(goal[k], goal[j])]
+        if below:
+            raise TransferError(f"{here.robots[k].name} has {', '.join(below)} in the way of its pad")
     return plan_moves(here, begin, goal, hurried=True)
 
 

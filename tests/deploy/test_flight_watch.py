@@ -5,8 +5,10 @@ import math
 
 import pytest
 
-from deploy.flight.watch import Limits, Seen, Watch, inspect
+from deploy.flight.reactions import ORDER, policy_for, strongest
+from deploy.flight.watch import AHEAD, Limits, Seen, Watch, ahead, inspect, tilt
 from deploy.radio.supervisor import Supervisor
+from missions.safety import Safety
 from tests.deploy.flight_bench import small_mission
 
 LIMITS = Limits.of(small_mission())
@@ -44,6 +46,12 @@ def test_the_fence_holds_workspace_pads_and_altitude():
         ({"position": (1.0, 2.31, 0.6), "reference": None}, "geofence", "abort"),
         ({"position": (1.0, 1.0, 0.91), "reference": None}, "geofence", "abort"),
         ({"battery_low": True}, "battery", "abort"),
+        ({"silence": 0.6}, "link warning", "warning"),
+        ({"voltage": 3.1}, "battery warning", "warning"),
+        ({"voltage": 2.9}, "battery abort", "abort"),
+        ({"tilt": 0.7}, "tilt warning", "warning"),
+        ({"tilt": 1.0}, "tilt abort", "abort"),
+        ({"velocity": (0.0, 1.7, 0.0)}, "geofence", "abort"),  # 1.44 m to stop, 1.3 m to the fence
     ],
 )
 def test_each_condition_is_found_alone(change, name, level):
@@ -78,3 +86,44 @@ def test_what_comes_back_is_told_again():
     watch = Watch(LIMITS)
     told = [len(watch.look(t, [drone])) for t, drone in enumerate([old, old, FINE, old])]
     assert told == [1, 0, 0, 1]
+
+
+def test_who_can_stop_inside_the_fence_may_be_fast():
+    assert look(dataclasses.replace(FINE, velocity=(1.5, 1.5, 5.0))) == []
+    outwards = dataclasses.replace(FINE, position=(2.7, 1.0, 0.6), reference=None, velocity=(-0.6, 0.0, 0.0))
+    assert look(outwards) == []
+    assert look(dataclasses.replace(outwards, velocity=(0.6, 0.0, 0.0))) == [("geofence", "cf1", "abort")]
+
+
+def test_trajectories_that_are_followed_are_never_predicted_to_meet():
+    now, drift, later = (1.0, 1.0, 0.6), (0.5, 0.0, 0.0), [(1.1, 1.0, 0.6), (1.1, 1.1, 0.6)]
+    assert ahead(now, drift, now, drift, later) == tuple(later)
+    off = ahead((1.0, 1.1, 0.6), (0.5, 0.5, 0.0), now, drift, later)  # 10 cm off, and leaving at 0.5 m/s
+    for found, point, t in zip(off, later, AHEAD, strict=True):
+        assert found == pytest.approx((point[0], point[1] + 0.1 + 0.5 * t, point[2]))
+
+
+def test_who_is_about_to_be_too_near_is_found_before():
+    near = dataclasses.replace(OTHER, position=(1.4, 1.0, 0.6), reference=None)
+    towards = dataclasses.replace(near, ahead=((1.3, 1.0, 0.6), (1.15, 1.0, 0.6)))
+    still = dataclasses.replace(FINE, ahead=((1.0, 1.0, 0.6), (1.0, 1.0, 0.6)))
+    assert look(still, near) == []
+    (finding,) = inspect(LIMITS, [still, towards])
+    assert (finding.kind, finding.level) == ("separation", "abort")
+    assert finding.text.startswith("0.15 m apart in 0.4 s")
+
+
+def test_tilt_is_the_angle_between_the_verticals():
+    assert tilt(0.0, 0.0) == 0.0
+    assert tilt(0.3, 0.0) == pytest.approx(0.3)
+    assert tilt(0.0, math.pi) == pytest.approx(math.pi)
+
+
+def test_every_kind_of_finding_has_a_policy_and_the_strongest_wins():
+    kinds = {"link", "supervisor", "pose", "tracking", "separation", "geofence", "battery", "tilt"}
+    safety = Safety(battery="return", separation="stop_motors", pose="hold")
+    assert {policy_for(safety, kind) for kind in kinds} <= set(ORDER)
+    assert strongest(["hold", "return"]) == "return"
+    assert strongest([policy_for(safety, kind) for kind in kinds]) == "stop_motors"
+    every = [FINE, dataclasses.replace(FINE, lost="x"), dataclasses.replace(FINE, age=2.0)]
+    assert {finding.kind for finding in inspect(LIMITS, every)} <= kinds

@@ -1,0 +1,47 @@
+"""What follows from a finding: the mission's policies, and which one wins when several are due at once; no I/O.
+
+====================  ===============================================================================================
+``land_here``         this robot lands where it is, the others go on; if that could bring anybody near, as ``land_all``
+``hold``              everybody brakes and hovers, until ``safety.hold_time`` is over, something else is found, or the
+                      operator decides; then as ``land_all``
+``return``            everybody brakes and flies to above his pad, planned from where everybody is; then all land
+``land_all``          everybody brakes and lands where he is, or beside what is below
+``stop_motors``       this robot's motors stop at once, then as ``land_all``
+====================  ===============================================================================================
+
+The stronger wins, in the order of the table. All but ``land_here`` begin alike: everybody brakes at the same time,
+along his own motion. So no two reactions are ever under way at once, and none counts on somebody who does something
+else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from deploy.errors import FlightAborted
+from missions.safety import Policy, Safety
+
+ORDER: tuple[Policy, ...] = ("land_here", "hold", "return", "land_all", "stop_motors")
+
+
+class Reaction(FlightAborted):
+    """The mission ends early, in a certain way.
+
+    Attributes:
+        policy: how. robots: whom it is about; empty for everybody.
+    """
+
+    def __init__(self, reason: str, policy: Policy = "land_all", robots: Iterable[str] = ()) -> None:
+        self.policy, self.robots = policy, tuple(robots)
+        super().__init__(reason)
+
+
+def policy_for(safety: Safety, kind: str) -> Policy:
+    """The mission's policy for findings of a kind, which is the name of a field of the record."""
+    policy: Policy = getattr(safety, kind)
+    return policy
+
+
+def strongest(policies: Iterable[Policy]) -> Policy:
+    """The one that wins."""
+    return max(policies, key=ORDER.index)
