@@ -90,7 +90,7 @@ TOPICS: tuple[Topic, ...] = (
     Topic(
         "/{robot}/setpoint",
         "ergoflie.Setpoint",
-        (_POSITION, _VELOCITY, Field("yaw", Kind.NUMBER, "rad", "yaw"), _TICK),
+        (_POSITION, _VELOCITY, Field("yaw_rate", Kind.NUMBER, "rad/s", "yaw rate"), _TICK),
         WORLD,
         "flight clock at reception",
         "flight.log_rate",

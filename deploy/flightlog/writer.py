@@ -81,11 +81,11 @@ class FlightLog:
         t: float,
         position: Sequence[float],
         velocity: Sequence[float] | None = None,
-        yaw: float | None = None,
+        yaw_rate: float | None = None,
         tick: int | None = None,
     ) -> None:
-        """What the drone's controller is asked for: [m], [m/s], [rad], its time stamp [ms]."""
-        record: dict[str, object] = {"position": vector(position), "yaw": yaw, "tick": tick}
+        """What the drone's controller is asked for: [m], [m/s], [rad/s], its time stamp [ms]."""
+        record: dict[str, object] = {"position": vector(position), "yaw_rate": yaw_rate, "tick": tick}
         if velocity is not None:
             record["velocity"] = vector(velocity)
         self.write(f"/{robot}/setpoint", t, record)

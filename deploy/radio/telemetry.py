@@ -62,13 +62,16 @@ class Estimate(NamedTuple):
 
 
 class Target(NamedTuple):
-    """What the commander asks of the controller: position [m], velocity [m/s], yaw [rad]."""
+    """What the commander asks of the controller: position [m], velocity [m/s], yaw rate [rad/s].
+
+    No log variable says which heading is asked for: ``ctrltarget.yaw`` is a rate (stabilizer.c, attitudeRate.yaw).
+    """
 
     t: float
     tick: int
     position: Vec3
     velocity: Vec3
-    yaw: float
+    yaw_rate: float
 
 
 class Status(NamedTuple):

@@ -46,7 +46,7 @@ def open_log(path, **options):
 def fill(log):
     log.pose("cf1", 0.0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))
     log.estimate("cf1", 0.1, (1, 2, 3), (0, 0, 0), (0, 0, 0.5), tick=7)
-    log.setpoint("cf1", 0.1, (1, 2, 3), yaw=0.1)
+    log.setpoint("cf1", 0.1, (1, 2, 3), yaw_rate=0.1)
     log.reference("cf1", 0.2, (1, 2, 3), (0.1, 0.2, 0.3))
     log.battery("cf1", 0.2, 3.9, level=70, state=0)
     log.link("cf1", 0.3, latency_ms=4.5, lost=2)

@@ -128,7 +128,8 @@ def _sensors(s: Snapshot) -> dict[str, Getter]:
 def _target(s: Snapshot) -> dict[str, Getter]:
     def angles() -> tuple[float, ...]:
         roll, pitch = s.setpoint.attitude
-        return (math.degrees(roll), -math.degrees(pitch), math.degrees(s.setpoint.yaw))
+        # The firmware's ctrltarget.yaw is the rate [°/s] (stabilizer.c: attitudeRate.yaw), and so it was recorded.
+        return (math.degrees(roll), -math.degrees(pitch), math.degrees(s.setpoint.omega[2]))
 
     return {
         **_vector("ctrltarget", "x y z", lambda: s.setpoint.position),
