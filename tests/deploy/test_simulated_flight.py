@@ -1,8 +1,6 @@
 """Whole flights through unmodified cflib, on the real firmware model in the real simulated world."""
 
-import json
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +11,9 @@ from deploy.radio.simulated.driver import unregister
 from deploy.radio.simulated.physics.world import World
 from deploy.radio.simulated.swarm import SimulatedSwarm
 from missions.airframes import airframe
+from tests.recordings import recording
 
-CIRCLE = json.loads((Path(__file__).parents[1] / "golden" / "poly4d.json").read_text())["trajectories"][0]
+CIRCLE = recording("poly4d")["trajectories"][0]
 STARTS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 
 

@@ -1,6 +1,5 @@
 """The simulated radio through unmodified cflib: contract, handshake, settling, closing."""
 
-import json
 import os
 import queue
 import sys
@@ -25,6 +24,7 @@ from deploy.radio.simulated.driver import SimulatedDriver, Traffic, register, un
 from deploy.radio.simulated.swarm import SimulatedSwarm
 from tests.contracts import link
 from tests.deploy.ideal_world import IdealWorld
+from tests.recordings import recording
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -230,7 +230,7 @@ def test_a_reboot_ends_in_a_lost_connection(uri, clock, swarm):
 
 def test_a_swarm_flies_a_trajectory_through_cflib(swarm, clock, tmp_path):
     """Upload, take-off, start together, land: the whole path of a flight, in virtual time."""
-    circle = json.loads((GOLDEN / "poly4d.json").read_text())["trajectories"][0]
+    circle = recording("poly4d")["trajectories"][0]
     image = bytes.fromhex(circle["image_hex"])
     duration = next(e["total"] for e in circle["evals"] if e["timescale"] == 1)
     factory = CachedCfFactory(rw_cache=str(tmp_path))

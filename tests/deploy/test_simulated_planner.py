@@ -1,6 +1,5 @@
 """The planner and both evaluators against recordings of the firmware's own code."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +9,12 @@ from deploy.radio.simulated.high_level.compressed import CompressedTrajectory
 from deploy.radio.simulated.high_level.evaluation import Evaluation
 from deploy.radio.simulated.high_level.planner import Planner
 from deploy.radio.simulated.high_level.trajectory import PolynomialTrajectory, TrajectoryMemory
+from tests.recordings import recording
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-POLY4D = json.loads((GOLDEN / "poly4d.json").read_text())["trajectories"]
-COMPRESSED = json.loads((GOLDEN / "compressed.json").read_text())["trajectories"]
-SEQUENCES = json.loads((GOLDEN / "planner.json").read_text())["sequences"]
+POLY4D = recording("poly4d")["trajectories"]
+COMPRESSED = recording("compressed")["trajectories"]
+SEQUENCES = recording("planner")["sequences"]
 FIELDS = {"pos": "position", "vel": "velocity", "acc": "acceleration", "jerk": "jerk", "omega": "omega"}
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from deploy.radio.simulated.crazyflie import BOOT_TIME
 from tests.deploy.simulated_bench import Bench
+from tests.recordings import recording
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 CASES = [json.loads(line) for line in (GOLDEN / "protocol_cases.jsonl").read_text().splitlines()]
@@ -38,7 +39,7 @@ def run(bench, case):
 
 def upload_circle(bench):
     """The recorder's unlisted upload before the flight: eight pieces that last longer than the cases need."""
-    trajectories = json.loads((GOLDEN / "poly4d.json").read_text())["trajectories"]
+    trajectories = recording("poly4d")["trajectories"]
     image = bytes.fromhex(next(t["image_hex"] for t in trajectories if t["name"] == "circle 8 pieces"))
     for address in range(0, len(image), 24):
         bench.send(4, 2, b"\0" + address.to_bytes(4, "little") + image[address : address + 24])

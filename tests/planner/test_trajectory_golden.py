@@ -1,18 +1,20 @@
 """Our bytes are cflib's bytes, and what we decode is what the firmware flew (tests/golden/README.md)."""
 
-import json
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
+from cflib.crazyflie.mem import CompressedStart
 
 from planner.trajectory.compressed import END_MARKER, decode_compressed, encode_compressed
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.poly4d import decode_poly4d, encode_poly4d
+from tests.recordings import recording
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-POLY4D = json.loads((GOLDEN / "poly4d.json").read_text())["trajectories"]
-COMPRESSED = json.loads((GOLDEN / "compressed.json").read_text())["trajectories"]
+POLY4D = recording("poly4d")["trajectories"]
+COMPRESSED = recording("compressed")["trajectories"]
 AXES = ("x", "y", "z", "yaw")
 
 
@@ -86,3 +88,11 @@ def test_compressed_survives_decoding_and_encoding(case):
     t = np.linspace(0, decoded.duration, 1001)
     difference = decode_compressed(again, decoded.pieces).evaluate(t) - decoded.evaluate(t)
     assert np.abs(difference).max() < 2.5e-3
+
+
+@pytest.mark.parametrize(("value", "metres", "radians"), recording("compressed")["cflib_start_encoding"]["rows"])
+def test_cflib_cuts_off_where_we_round(value, metres, radians):
+    """Why starts are rounded here before cflib, or anybody, packs them."""
+    x, _, _, yaw = struct.unpack("<4h", bytes(CompressedStart(value, value, value, value).pack()))
+    assert (x, yaw) == (metres, radians)
+    assert abs(1000.0 * value - metres) < 1.0
