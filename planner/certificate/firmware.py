@@ -4,7 +4,7 @@ The high-level commander evaluates in float32, by Horner's rule, at float32 seco
 (crazyflie-firmware pptraj.c, crtp_commander_high_level.c). Everything else in the certificate is about the exact
 polynomials of the same numbers; what lies between is bounded here and has to stay below the distances' tolerance.
 Compressed pieces are first converted to powers of time, in float32 too; that error is not in the bound (4e-7 m in
-recordings of the firmware, tests/golden/compressed.json).
+recordings of the firmware, tests/golden/compressed.json.gz).
 """
 
 from __future__ import annotations
