@@ -76,9 +76,9 @@ def test_the_pipeline_slows_robots_down_until_their_switches_are_certified(monke
     monkeypatch.setattr("planner.certificate.switching.UPLOAD_SLACK", 0.0)
     margins = []
 
-    def built(mission, given):
+    def built(mission, given, **more):
         margins.append(given)
-        return build_problem(mission, given)
+        return build_problem(mission, given, **more)
 
     monkeypatch.setattr(pipeline, "build_problem", built)
     mission = small(
