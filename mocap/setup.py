@@ -6,16 +6,18 @@ use both, one after the other, so that a mission's frame, units and markers are 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from missions.fleet import pads
+from missions.fleet import accelerations, pads
 from missions.schema import Mission
 from missions.schema import MotionCapture as Setup
 from mocap.frames import CaptureFrame, MappedSource, RigidTransform, Vec3
 from mocap.source import MocapFrame, MocapSource, Pose
+from mocap.tracking.settings import Settings
 from mocap.tracking.source import MarkerSource
 from mocap.tracking.tracker import Tracker
 
@@ -39,7 +41,8 @@ def in_world(source: MocapSource, mission: Mission, reference: Reference | None 
     world: MocapSource = MappedSource(source, _frame_of(setup).to_world)
     if setup.tracking == "markers":
         marker = None if reference is None else _marker_of(mission, reference)
-        world = MarkerSource(world, Tracker(_markers_on_pads(mission), reference=marker))
+        settings = Settings.for_acceleration(math.sqrt(mission.dimension) * float(accelerations(mission).max()))
+        world = MarkerSource(world, Tracker(_markers_on_pads(mission), settings, marker))
     return MappedSource(world, lambda frame: _centred(frame, setup))
 
 

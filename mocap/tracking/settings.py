@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+_PERSISTENCE, _CALMEST = 0.3, 2.0  # [s] an acceleration lasts, [m/s²]
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -25,7 +27,7 @@ class Settings:
     """
 
     noise: float = 0.001
-    agility: float = 1.2
+    agility: float = _PERSISTENCE * _CALMEST**2
     detection: float = 0.95
     ghosts: float = 0.1
     gate: float = 5.0
@@ -38,3 +40,8 @@ class Settings:
     acceleration: float = 20.0
     reference: float = 0.1
     forgotten: float = 2.0
+
+    @staticmethod
+    def for_acceleration(largest: float) -> Settings:
+        """For robots that accelerate by no more than this [m/s²]; below 2 m/s² gusts and controllers count for more."""
+        return Settings(agility=_PERSISTENCE * max(_CALMEST, largest) ** 2)

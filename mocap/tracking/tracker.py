@@ -154,10 +154,11 @@ class Tracker:
         doubtful = []
         for match in assign(cost):
             i, tracklet = int(rows[match.row]), mature[match.column]
-            if match.margin < self._settings.margin:
+            seen, place = tracklet.last
+            # A marker beyond reach still counts when others are compared with it: whose it is not, it may well be.
+            if match.margin < self._settings.margin or not self._within_reach(i, place):
                 doubtful.append(self._names[i])
                 continue
-            seen, place = tracklet.last
             deviations = (self._settings.noise, self._velocity_deviation(tracklet))
             self._motion.restart(i, np.array(place), np.array(tracklet.velocity), deviations)
             self._tracked[i], self._standing[i], self._lost_track[i], self._seen_at[i] = True, False, False, seen
@@ -180,18 +181,22 @@ class Tracker:
         p, v = np.array(tracklet.last[1]) - m.position[i], np.array(tracklet.velocity) - m.velocity[i]
         determinant = pp * vv - pv * pv
         squared = float((vv * (p @ p) - 2.0 * pv * (p @ v) + pp * (v @ v)) / determinant)
-        if squared > s.gate**2 + 10.0 or p @ p > s.reach**2:  # six degrees of freedom instead of three
+        if squared > s.gate**2 + 10.0:  # six degrees of freedom instead of three
             return math.inf
         normal = -0.5 * squared - 1.5 * math.log(determinant) - 3.0 * math.log(2.0 * math.pi)
         return -normal - math.log(s.detection / ((1.0 - s.detection) * s.ghosts * _GHOST_VELOCITIES))
 
     def _reference_cost(self, i: int, tracklet: Tracklet, t: float) -> float:
-        """What the reference adds, if there is one: chi² of the place, against being anywhere within reach."""
+        """What the reference adds, if there is one: half of chi² of the place."""
         reference = None if self._reference is None else self._reference(self._names[i], t)
         if reference is None or self._standing[i]:
             return 0.0
         squared = (math.dist(reference, tracklet.last[1]) / self._settings.reference) ** 2
-        return math.inf if squared > self._settings.gate**2 else 0.5 * squared
+        return 0.5 * min(squared, self._settings.gate**2)  # bounded: who is far off course is somewhere all the same
+
+    def _within_reach(self, i: int, place: Vec3) -> bool:
+        """Whether a marker is where a robot may be looked for."""
+        return math.dist(place, self._motion.position[i]) <= self._settings.reach
 
     def _velocity_deviation(self, tracklet: Tracklet) -> float:
         """Of a tracklet's velocity per axis [m/s]: its ends' noise, and what changed since the middle of its span."""

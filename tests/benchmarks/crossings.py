@@ -37,7 +37,9 @@ def run() -> None:
         print(
             f"  {name}: noise {camera.noise * 1e3:g} mm, {camera.missing:.0%} missing, {camera.ghosts:g} ghosts a frame"
         )
-    print(f"{'set':<14}{'m/s':>5}{'m':>6}  {'camera':<12}{'swaps':>6}{'wrong':>6}{'located':>9}{'silence':>9}")
+    print(
+        f"{'set':<14}{'m/s':>5}{'m/s²':>6}{'m':>6}  {'camera':<12}{'swaps':>6}{'wrong':>6}{'located':>9}{'silence':>9}"
+    )
     for make in SETS:
         for speed, gap in SPEEDS_AND_GAPS:
             for label, camera in CAMERAS:
@@ -51,7 +53,7 @@ def run() -> None:
 
 def _print(crossing: Crossing, speed: float, gap: float, camera: str, s: Score) -> None:
     figures = f"{s.swaps:>6}{s.wrong:>6}{s.located:>9.1%}{s.silence:>7.2f} s"
-    print(f"{crossing.name:<14}{speed:>5g}{gap:>6g}  {camera:<12}{figures}")
+    print(f"{crossing.name:<14}{speed:>5g}{crossing.acceleration():>6.1f}{gap:>6g}  {camera:<12}{figures}")
 
 
 if __name__ == "__main__":

@@ -33,6 +33,11 @@ class Crossing:
     def names(self) -> tuple[str, ...]:
         return tuple(f"cf{i}" for i in range(len(self.positions(0.0))))
 
+    def acceleration(self) -> float:
+        """Largest acceleration [m/s²]."""
+        tracks = np.stack([self.positions(t) for t in np.arange(0.0, self.duration, 0.01)])
+        return float(np.linalg.norm(np.diff(tracks, n=2, axis=0), axis=2).max() / 0.01**2)
+
     def gap(self) -> float:
         """Smallest distance of two markers [m]."""
         tracks = np.stack([self.positions(t) for t in np.arange(0.0, self.duration, 0.01)])
@@ -97,6 +102,7 @@ def film(crossing: Crossing, camera: Camera, seed: int) -> list[tuple[float, lis
 def score(crossing: Crossing, camera: Camera, seed: int, settings: Settings | None = None) -> Score:
     """Film a crossing, track it and compare with the truth."""
     names = crossing.names
+    settings = settings or Settings.for_acceleration(crossing.acceleration())
     tracker = Tracker(dict(zip(names, map(tuple, crossing.positions(0.0)), strict=True)), settings)
     swaps = wrong = said = total = 0
     last = dict.fromkeys(names, REST)
