@@ -29,6 +29,12 @@ class Clock(Protocol):
     def sleep_until(self, deadline: float) -> None:
         """Return when ``now() >= deadline`` (at once if it already is)."""
 
+    def every(self, period: float, action: Callable[[], None]) -> Callable[[], None]:
+        """Do something now and every ``period`` seconds, whatever the caller does; returns what ends it.
+
+        In wall time that is a thread of its own: the action must not raise, and may block.
+        """
+
     def hold(self) -> AbstractContextManager[None]:
         """Mark work that takes wall time but, in a rehearsal, no flight time (a connection, an upload)."""
 
@@ -53,6 +59,19 @@ class SystemClock:
         """Sleep in wall time."""
         while (left := deadline - self.now()) > 0:
             time.sleep(left)
+
+    def every(self, period: float, action: Callable[[], None]) -> Callable[[], None]:
+        """A thread that goes on until it is told to stop, or the process ends."""
+        stopped = threading.Event()
+
+        def run() -> None:
+            due = self.now()
+            while not stopped.wait(max(0.0, due - self.now())):
+                action()
+                due = max(due + period, self.now())  # what was missed is not made up for
+
+        threading.Thread(target=run, name="every", daemon=True).start()
+        return stopped.set
 
     @contextmanager
     def hold(self) -> Iterator[None]:
@@ -101,6 +120,23 @@ class VirtualClock:
     def attach(self, advance: Callable[[float], None], settle: Callable[[float], bool]) -> None:
         """Carry a world along: ``advance(t)`` moves it to t; ``settle(timeout)`` waits for its clients to digest."""
         self._worlds.append((advance, settle))
+
+    def every(self, period: float, action: Callable[[], None]) -> Callable[[], None]:
+        """As part of the world that is carried along."""
+        due, going = self._now, True
+
+        def advance(t: float) -> None:
+            nonlocal due
+            while going and due <= t + _INSTANT:
+                due += period
+                action()
+
+        def stop() -> None:
+            nonlocal going
+            going = False
+
+        self.attach(advance, lambda timeout: True)
+        return stop
 
     @property
     def held(self) -> bool:

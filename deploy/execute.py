@@ -13,6 +13,7 @@ from types import MappingProxyType
 from deploy.clock import Clock
 from deploy.errors import DeployError
 from deploy.flight import manoeuvres, passages
+from deploy.flight.keepalive import Keepalive
 from deploy.flight.loop import EmergencyStop, Flight
 from deploy.flight.muster import Muster
 from deploy.flight.reactions import Reaction
@@ -112,8 +113,12 @@ def _fly(flight: Flight) -> FlightOutcome:
     began = flight.clock.now()
     report, landed = PreflightReport(), {}
     reason = ""
+    keepalive = Keepalive(flight.fleet, flight.clock, lambda: flight.turned)
     try:
         report = Muster(flight).make_ready()
+        if flight.plan.mission.safety.on_host_loss == "motor_stop":
+            keepalive.start()
+            flight.event("keepalive", "from now on drones that hear nothing for a second stop their motors")
         landed = _airborne(flight)
     except EmergencyStop:
         reason = "the operator stopped the motors"
@@ -127,6 +132,7 @@ def _fly(flight: Flight) -> FlightOutcome:
     finally:
         if flight.phases.airborne:  # something nobody foresaw is on its way up
             _bring_down(flight, Reaction("the flight software failed"))
+        keepalive.stop()
     return _outcome(flight, began, reason, report, landed)
 
 

@@ -79,6 +79,7 @@ class Flight:
         ground: height of the pads [m].
         ready: what drones said of themselves when they were connected.
         left_behind: who did not take off, and why.
+        turned: when the loop turned last [s].
     """
 
     def __init__(
@@ -107,6 +108,7 @@ class Flight:
         self.ground = 0.0
         self.ready: dict[str, Ready] = {}
         self.left_behind: dict[str, str] = {}
+        self.turned = clock.now()
         self._watch = Watch(Limits.of(mission))
         self._observer = observer
         self._turns = itertools.count()
@@ -150,7 +152,8 @@ class Flight:
             EmergencyStop: the operator stops the motors. Reaction: the mission has to end, with the reason.
         """
         self.clock.sleep_until(self.clock.now() + TICK)
-        now, turn = self.clock.now(), next(self._turns)
+        self.turned = now = self.clock.now()
+        turn = next(self._turns)
         reaction = self._sense(now, look=turn % WATCH_EVERY == 0)
         if turn % 10 == 0 and self._observer is not None:
             self._observer(self.status())

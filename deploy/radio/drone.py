@@ -301,6 +301,11 @@ class Drone:
         """Stop the motors now: the drone falls, and is locked until it is restarted."""
         self._crazyflie.supervisor.send_emergency_stop()
 
+    def feed_watchdog(self) -> None:
+        """From the first call on, a second without another stops the motors for good; may block for two seconds."""
+        if self.connected:
+            self._crazyflie.supervisor.send_emergency_stop_watchdog()
+
     # ------------------------------------------------------------------------------------------------ inside
 
     def _listen(self) -> None:

@@ -40,3 +40,15 @@ def epoch_is_a_constant(clock: Clock) -> None:
     before = clock.epoch
     clock.sleep_until(clock.now() + SHORT)
     assert clock.epoch == before
+
+
+def repeats_what_it_is_told_until_it_is_stopped(clock: Clock) -> None:
+    told: list[float] = []
+    stop = clock.every(SHORT, lambda: told.append(clock.now()))
+    clock.sleep_until(clock.now() + 60 * SHORT)
+    stop()
+    clock.sleep_until(clock.now() + 2 * SHORT)
+    count = len(told)
+    assert 3 <= count <= 64
+    clock.sleep_until(clock.now() + 10 * SHORT)
+    assert len(told) == count
