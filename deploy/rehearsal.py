@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import deploy.radio.simulated
+import deploy.radio.simulated.physics
 from deploy.clock import VirtualClock
 from deploy.errors import DeployError
 from deploy.execute import fly
@@ -171,7 +172,7 @@ def rehearse(
         **flight_plan.versions,
         "backend": "simulated",
         "seed": str(seed),
-        "simulation": deploy.radio.simulated.__doc__ or "",
+        "simulation": f"{deploy.radio.simulated.__doc__}\n{deploy.radio.simulated.physics.__doc__}",
     }
     if scenario is not None:
         metadata["scenario"] = scenario.text

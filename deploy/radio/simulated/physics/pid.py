@@ -109,8 +109,8 @@ class CascadedPid:
         self._yaw_max_delta = np.zeros((n, 1))  # [degrees] 0: none
         self._tuning = Tuning(self._parameters())
         self._tuned()
-        self.asked = np.zeros((n, 6))  # roll, pitch, yaw [degrees] and body rates [degrees/s] aimed at
-        self._desired, self._asked_rates = self.asked[:, :3], self.asked[:, 3:]
+        self._desired = np.zeros((n, 3))  # roll, pitch, yaw [degrees]
+        self._desired_rates = np.zeros((n, 3))  # [degrees/s]
         self._turning = np.zeros((n, 2))  # roll and pitch rates [degrees/s] of those who are given rates
         self._rates: Index = _NOBODY
         self._mode = np.zeros(n, dtype=np.int64)
@@ -120,6 +120,11 @@ class CascadedPid:
         """Take one drone's parameters posCtlPid.*, velCtlPid.*, pid_attitude.* and pid_rate.* (not the filters')."""
         if self._tuning.put(index, changed):
             self._tuned()
+
+    @property
+    def asked(self) -> Array:
+        """(N, 6) roll, pitch, yaw [degrees] and body rates [degrees/s] aimed at."""
+        return np.concatenate([self._desired, self._desired_rates], axis=1)
 
     def aim(self, target: SetpointTable, state: Estimates, dt: float) -> Array:
         """Position and velocity loops: desired angles for :meth:`moments`; returns the thrust commands (N,) in counts.
@@ -170,7 +175,7 @@ class CascadedPid:
         wanted = self._angle.update(error, angles, self._dt)
         if len(self._rates):
             wanted[self._rates, :2] = self._turning[self._rates]
-        self._asked_rates[:] = wanted
+        self._desired_rates = wanted
         return self._rate.update(wanted - measured, measured, self._dt)
 
     def reset(self, index: Index, rotation: Array) -> None:
