@@ -116,9 +116,7 @@ def rescue(uri: str) -> None:
         scf.cf.commander.send_notify_setpoint_stop()
         scf.cf.high_level_commander.stop()
         scf.cf.high_level_commander.takeoff(HEIGHT, 1.0)
-        watch.until(lambda row: row["stateEstimate.z"] > 0.8 * HEIGHT)
-        scf.cf.high_level_commander.land(0.0, 1.0)
-        watch.until(landed)
+        watch.until(lambda row: row["stateEstimate.z"] > 0.8 * HEIGHT)  # and drops when the link is closed
 
 
 if __name__ == "__main__":
