@@ -1,4 +1,4 @@
-"""A real motion-capture system, through the optional ``motioncapture`` package in a child process with a watchdog."""
+"""A real motion-capture system, through a library in a child process with a watchdog."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 
 from mocap.child import serve
+from mocap.clients import Report
 from mocap.errors import MocapConnectError, MocapError, MocapLost, MocapUnavailable
-from mocap.frames import Quat, Vec3
+from mocap.offset import ClockOffset
 from mocap.source import MocapFrame, Pose
-
-LIBRARY = "motioncapture"
-_INSTALL = "the motioncapture package is not installed: pip install 'ergoflie[mocap]'"
+from mocap.systems import BODIES, Library
 
 
 class SystemMocap:
@@ -27,7 +26,7 @@ class SystemMocap:
         now: the flight clock's time [s]; frames are stamped with it.
         connect_timeout: [s] until the connection stands; the child process needs about 0.1 s of it to start.
         frame_timeout: longest silence [s].
-        library: importable name of the library.
+        library: what to talk to it with.
 
     Raises:
         MocapUnavailable: the library is not installed.
@@ -42,17 +41,17 @@ class SystemMocap:
         *,
         connect_timeout: float = 10.0,
         frame_timeout: float = 1.0,
-        library: str = LIBRARY,
+        library: Library = BODIES,
     ) -> None:
         self._name = f"motion capture ({system})"
-        self._offset = now() - time.monotonic()
+        self._offset, self._clock = now() - time.monotonic(), ClockOffset()
         self._frame_timeout = frame_timeout
         self._number = 0
         self._error: MocapError | None = None
         context = multiprocessing.get_context("spawn")  # a fork would inherit cflib's threads' locks
         self._pipe, theirs = context.Pipe(duplex=False)
         self._child = context.Process(
-            target=serve, args=(theirs, library, system, dict(options)), name="mocap", daemon=True
+            target=serve, args=(theirs, library.client, system, dict(options)), name="mocap", daemon=True
         )
         self._child.start()
         theirs.close()  # so that the child's death ends the pipe
@@ -70,7 +69,11 @@ class SystemMocap:
         frames: list[MocapFrame] = []
         try:
             while self._pipe.poll():
-                frames.append(self._frame(*self._pipe.recv()[1:]))
+                kind, *what = self._pipe.recv()
+                if kind == "frame":
+                    frames.append(self._frame(*what))
+                elif not frames:
+                    raise self._give_up(MocapLost(f"{self._name}: {what[0]}"))
         except (EOFError, OSError):
             if not frames:  # what did arrive comes first, the bad news with the next call
                 raise self._give_up(MocapLost(f"{self._name}: the connection's process ended")) from None
@@ -84,7 +87,7 @@ class SystemMocap:
         """End the child process, whatever it is doing."""
         self._give_up(MocapLost(f"{self._name}: closed"))
 
-    def _await_connection(self, library: str, timeout: float) -> None:
+    def _await_connection(self, library: Library, timeout: float) -> None:
         try:
             if not self._pipe.poll(timeout):
                 problem = f"{self._name}: no connection within {timeout:g} s; is the server on, and the address right?"
@@ -95,13 +98,14 @@ class SystemMocap:
         if message[0] == "failed":
             _, kind, text = message
             if kind == "unavailable":
-                missing = _INSTALL if library == LIBRARY else f"{library} cannot be imported"
-                raise self._give_up(MocapUnavailable(f"{self._name}: {missing} ({text})"))
+                raise self._give_up(MocapUnavailable(f"{self._name}: {library.missing} ({text})"))
             raise self._give_up(MocapConnectError(f"{self._name}: {text}"))
 
-    def _frame(self, stamp: float, bodies: Mapping[str, tuple[Vec3, Quat]]) -> MocapFrame:
+    def _frame(self, arrival: float, report: Report) -> MocapFrame:
         self._number += 1
-        return MocapFrame(stamp + self._offset, self._number, {name: Pose(p, q) for name, (p, q) in bodies.items()})
+        measured = arrival if report.stamp is None else self._clock.to_local(report.stamp, arrival)
+        bodies = {name: Pose(p, q) for name, (p, q) in report.bodies.items()}
+        return MocapFrame(measured + self._offset, self._number, bodies, report.points)
 
     def _give_up(self, error: MocapError) -> MocapError:
         if self._error is None:

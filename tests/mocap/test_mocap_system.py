@@ -7,18 +7,17 @@ import pytest
 
 from mocap.errors import MocapConnectError, MocapLost, MocapUnavailable
 from mocap.system import SystemMocap
+from mocap.systems import BODIES, WITH_BODIES, Library, library_for
 from tests.contracts import mocap as contract
-
-FAKE = "fake_motioncapture"
 
 
 @pytest.fixture(autouse=True)
 def importable(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    monkeypatch.syspath_prepend(str(Path(__file__).parent / "fakes"))
 
 
 def system(kind, **options):
-    options = {"connect_timeout": 20.0, "library": FAKE} | options
+    options = {"connect_timeout": 20.0} | options
     return SystemMocap(kind, {"hostname": "nowhere"}, time.monotonic, **options)
 
 
@@ -68,11 +67,28 @@ def test_a_child_that_dies_while_connecting_is_noticed():
 
 
 def test_a_library_that_is_missing_says_how_to_install_it():
-    with pytest.raises(MocapUnavailable, match=r"pip install 'ergoflie\[mocap\]'"):
-        SystemMocap("vicon", {}, time.monotonic, connect_timeout=20.0)
+    library = Library("mocap.clients.nowhere", "nowhere", "mocap")
+    with pytest.raises(
+        MocapUnavailable, match=r"the nowhere package is not installed: pip install 'ergoflie\[mocap\]'"
+    ):
+        SystemMocap("vicon", {}, time.monotonic, connect_timeout=20.0, library=library)
 
 
-@pytest.mark.parametrize(("kind", "message"), [("falls silent", "no frame for"), ("dies", "process ended")])
+def test_every_system_has_something_that_talks_to_it_or_a_way_to_get_it():
+    assert all(library_for(system, "bodies") is BODIES for system in (*WITH_BODIES, "nokov"))
+    assert library_for("qualisys", "markers").package == "qtm-rt"
+    assert library_for("optitrack", "markers").package == "natnet"
+    with pytest.raises(
+        MocapUnavailable, match=r"\(vicon\): nothing hands over its unlabelled markers; .*optitrack, qualisys"
+    ):
+        library_for("vicon", "markers")
+    with pytest.raises(MocapUnavailable, match=r"got 'vikon'; allowed: vicon, optitrack, qualisys, vrpn; .*: nokov"):
+        library_for("vikon", "positions")
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"), [("falls silent", "no frame for"), ("dies", "process ended"), ("breaks", "the stream broke")]
+)
 def test_frames_that_stop_are_an_error_after_the_last_frame_was_handed_over(kind, message):
     source = system(kind, frame_timeout=0.2)
     frames = []

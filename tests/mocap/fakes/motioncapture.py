@@ -16,6 +16,8 @@ class _Source:
             time.sleep(3600.0)
         if self.count > 3 and self.behaviour == "dies":
             os._exit(7)
+        if self.count > 3 and self.behaviour == "breaks":
+            raise RuntimeError("the stream broke")
         time.sleep(0.005)
         rotation = SimpleNamespace(x=0.0, y=0.0, z=0.6, w=0.8)
         self.rigidBodies = {"cf1": SimpleNamespace(position=[0.1, 0.2, 0.3 + self.count], rotation=rotation)}
