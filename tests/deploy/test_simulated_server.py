@@ -1,6 +1,7 @@
 """Drones on UDP: the server packet by packet, real time, the command, and clients that know nothing of this project."""
 
 import contextlib
+import io
 import signal
 import socket
 import subprocess
@@ -11,9 +12,11 @@ from pathlib import Path
 import cflib.crtp
 import pytest
 from cflib.crtp.udpdriver import UdpDriver
+from rich.console import Console
 
 import missions
 from deploy.cli.__main__ import main
+from deploy.cli.sim import _table
 from deploy.clock import SystemClock
 from deploy.errors import LinkError
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
@@ -220,6 +223,17 @@ def test_status_says_what_the_room_sees():
     assert seen[1].connected
     assert seen[0].uri == served.uris["cf1"]
     assert 3.0 < seen[0].voltage < 4.3
+
+
+def test_the_terminal_shows_everybody():
+    clock = Hurried()
+    with Served(one_drone(), clock, port=0) as served:
+        served.lost = 1.5
+        console = Console(width=120, record=True, file=io.StringIO())
+        console.print(_table(served))
+        text = console.export_text()
+    for part in ("cf1", "udp://127.0.0.1:", "ready", " V", "0.00", "1.5 s lost", "Ctrl-C"):
+        assert part in text
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 ====================  ============================================================================================
 Link                  modelled: every packet of cflib's handshake, byte for byte as recorded; answers in order;
                       statistics ten times a second; a rebooting drone is lost. absent: bootloader, broadcast, a
-                      second client
+                      second client (over UDP whoever spoke last is answered, and there is no radio in between)
 Radio                 modelled: exchanges shared by a dongle's drones in turn, tuning to another channel, latency,
                       independent and bursty losses, hardware retries, safelink (late, not lost), one packet down an
                       exchange, the firmware's transmit queue, rate limits, lost links ("Too many packets lost",
@@ -15,6 +15,7 @@ Radio                 modelled: exchanges shared by a dongle's drones in turn, t
                       own pings (answered, never counted). All of it ideal where no ``air`` is given
 Motion capture        modelled: rate, noise, latency; failures by scenario: blind, without some bodies, one taken for
                       another, beside the truth. absent: markers, reflections, calibration
+Positioning deck      ``sim`` only. ideal: the pose itself with noise, 50 times a second. absent: base stations, shadows
 Parameters            modelled: the recorded table of contents with the airframe's defaults, all types, extended, by
                       name, default, persistent storage, read-only (no answer), firmware's own changes. What steers:
                       controller, gains and limits of both (posCtlPid, velCtlPid, pid_attitude, pid_rate, ctrlMel),
