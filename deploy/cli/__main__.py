@@ -40,11 +40,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     from deploy.errors import DeployError
     from missions.errors import MissionError
+    from mocap.errors import MocapError
     from planner.errors import PlannerError
 
     try:
         return int(args.run(args))
-    except (MissionError, DeployError, PlannerError) as error:
+    except (MissionError, DeployError, PlannerError, MocapError) as error:
         return fail(error)
     except BrokenPipeError:
         # The reader of our output went away (e.g. `| head`): not our failure, and nothing left to say.

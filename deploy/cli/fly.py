@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from deploy.cli.types import Subparsers
     from deploy.clock import SystemClock
+    from missions.schema import Mission
     from mocap.source import MocapSource
     from planner.flightplan import FlightPlan
 
@@ -24,7 +25,9 @@ def add_parser(commands: Subparsers) -> None:
         "-o", "--output", type=Path, default=Path("logs"), help="folder for log and report [default: logs]"
     )
     parser.add_argument(
-        "--mocap", metavar="SYSTEM", help="vicon, optitrack, qualisys, vrpn [default: on-board positioning]"
+        "--mocap",
+        metavar="SYSTEM",
+        help="vicon, optitrack, qualisys, vrpn, or Crazyswarm2's motion_capture.yaml [default: on-board positioning]",
     )
     parser.add_argument("--mocap-host", metavar="HOST", default="", help="address of the motion-capture server")
     parser.add_argument(
@@ -47,13 +50,13 @@ def run(args: argparse.Namespace) -> int:
 
     flight_plan = read_plan(args.plan)
     prepare_links(flight_plan.mission)
+    mocap = _mocap(args.mocap, args.mocap_host, flight_plan.mission)
     print_plan(flight_plan)
     if not (args.yes or args.check_only) and not _confirmed(flight_plan, args.mocap):
         return fail("not flown: nobody confirmed", code=1)
     args.output.mkdir(parents=True, exist_ok=True)
     stamp = datetime.datetime.now(datetime.UTC).strftime("%Y%m%dT%H%M%SZ")
     log_path = args.output / f"{stamp}_{flight_plan.mission.name}.mcap"
-    mocap = _mocap(args.mocap, args.mocap_host)
     if args.check_only:
         with watched() as (operator, observer):
             report, _ = check_hardware(
@@ -81,14 +84,22 @@ def _confirmed(flight_plan: FlightPlan, mocap: str | None) -> bool:
     return input("type 'fly' to take off: ").strip() == "fly"
 
 
-def _mocap(system: str | None, host: str) -> Callable[[SystemClock], MocapSource | None]:
-    """How to make the motion capture once the flight's clock exists."""
+def _mocap(named: str | None, host: str, mission: Mission) -> Callable[[SystemClock], MocapSource | None]:
+    """How to make the motion capture once the flight's clock exists.
 
-    def make(clock: SystemClock) -> MocapSource | None:
-        if system is None:
-            return None
-        from mocap.system import SystemMocap
+    Raises:
+        MocapUnavailable: nothing talks to this system in the mission's way. MissionError: not a motion_capture.yaml.
+    """
+    if named is None:
+        return lambda clock: None
+    from missions.files import read_text
+    from missions.interchange.motion_capture import parse_motion_capture
+    from mocap.setup import open_system
+    from mocap.systems import library_for
 
-        return SystemMocap(system, {"hostname": host} if host else {}, clock.now)
-
-    return make
+    system = named
+    if Path(named).suffix in {".yaml", ".yml"}:
+        capture = parse_motion_capture(read_text(Path(named)), named)
+        system, host = capture.system, host or capture.hostname
+    library_for(system, mission.motion_capture.tracking)  # said before anybody is asked to clear the room
+    return lambda clock: open_system(system, host, mission, clock.now)
