@@ -17,11 +17,28 @@ from missions.schema import Mission
 from missions.schema import MotionCapture as Setup
 from mocap.frames import CaptureFrame, MappedSource, RigidTransform, Vec3
 from mocap.source import MocapFrame, MocapSource, Pose
+from mocap.system import SystemMocap
+from mocap.systems import library_for
 from mocap.tracking.settings import Settings
 from mocap.tracking.source import MarkerSource
 from mocap.tracking.tracker import Tracker
 
 Reference = Callable[[str, float], Vec3 | None]
+
+
+def open_system(system: str, host: str, mission: Mission, now: Callable[[], float]) -> MocapSource:
+    """Connect to a system, in the way a mission's robots are tracked.
+
+    Args:
+        system: its name, e.g. ``vicon``. host: address of its server; empty: the library's default.
+        mission: says how robots are tracked.
+        now: the flight clock's time [s].
+
+    Raises:
+        MocapUnavailable: nothing talks to it, or what does is not installed. MocapConnectError: no connection.
+    """
+    library = library_for(system, mission.motion_capture.tracking)
+    return SystemMocap(system, {"hostname": host} if host else {}, now, library=library)
 
 
 def in_world(source: MocapSource, mission: Mission, reference: Reference | None = None) -> MocapSource:

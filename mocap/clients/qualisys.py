@@ -57,7 +57,7 @@ class _Markers:
 
     def close(self) -> None:
         """Hang up."""
-        if self._connection is not None:
+        if self._connection is not None and self._connection.has_transport():
             self._connection.disconnect()
             self._loop.run_until_complete(asyncio.sleep(0.0))  # the transport closes in the loop's next turn
         self._loop.close()
