@@ -7,7 +7,7 @@ from typing import Literal
 
 from missions.fields import field
 
-Policy = Literal["land_here", "hold", "return", "land_all", "stop_motors"]
+Policy = Literal["hold", "return", "land_all", "stop_motors"]
 
 
 @dataclass(frozen=True)
@@ -53,5 +53,5 @@ class Safety:
         unit="V",
         at_least=2.5,
         at_most=4.2,
-        default=3.0,
+        default=2.8,
     )

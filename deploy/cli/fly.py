@@ -33,6 +33,9 @@ def add_parser(commands: Subparsers) -> None:
     parser.add_argument(
         "--check-only", action="store_true", help="make every pre-flight check, list them, and fly nothing"
     )
+    parser.add_argument(
+        "--control", type=int, metavar="PORT", help="port of this computer for 'ergoflie control' [default: none]"
+    )
     parser.add_argument("--yes", action="store_true", help="do not ask before take-off")
     parser.set_defaults(run=run)
 
@@ -64,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
             )
         return print_preflight(report.checks)
     try:
-        with watched() as (operator, observer):
+        with watched(args.control) as (operator, observer):
             outcome, log_path = fly_hardware(
                 flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from rich.markup import escape
@@ -19,11 +19,21 @@ if TYPE_CHECKING:
     from deploy.scenario.killed import HostDied
 
 HINT = "Ctrl-C lands everybody; twice stops the motors"
+KEYS_HINT = "keys: l land, h hold, a abort to the pads, X stop the motors; Ctrl-C lands, twice stops"
 
 
 @contextmanager
-def watched() -> Iterator[tuple[Operator, Callable[[FlightStatus], None]]]:
-    """While inside, the terminal shows the flight and Ctrl-C is the operator's voice."""
+def watched(control: int | None = None) -> Iterator[tuple[Operator, Callable[[FlightStatus], None]]]:
+    """While inside, the terminal shows the flight; Ctrl-C, keys and a socket are the operator's voice.
+
+    Args:
+        control: port of this computer to listen at; None: no socket.
+
+    Raises:
+        DeployError: the port is taken.
+    """
+    from deploy.cli.keys import keys
+    from deploy.control import listening
     from deploy.operator import interrupts
 
     columns = (
@@ -33,8 +43,13 @@ def watched() -> Iterator[tuple[Operator, Callable[[FlightStatus], None]]]:
         TextColumn("{task.fields[state]}", markup=False),
         TimeElapsedColumn(),
     )
-    with interrupts() as operator, Progress(*columns, console=err, transient=True) as bar:
-        task = bar.add_task("connecting", total=None, state=HINT)
+    with (
+        interrupts() as operator,
+        nullcontext() if control is None else listening(control, operator),
+        Progress(*columns, console=err, transient=True) as bar,
+        keys(operator.say) as keyboard,
+    ):
+        task = bar.add_task("connecting", total=None, state=KEYS_HINT if keyboard else HINT)
 
         def observe(status: FlightStatus) -> None:
             searching = math.isfinite(status.mission_time)

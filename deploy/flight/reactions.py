@@ -1,7 +1,6 @@
 """What follows from a finding: the mission's policies, and which one wins when several are due at once; no I/O.
 
 ====================  ===============================================================================================
-``land_here``         this robot lands where it is, the others go on; if that could bring anybody near, as ``land_all``
 ``hold``              everybody brakes and hovers, until ``safety.hold_time`` is over, something else is found, or the
                       operator decides; then as ``land_all``
 ``return``            everybody brakes and flies to above his pad, planned from where everybody is; then all land
@@ -9,9 +8,8 @@
 ``stop_motors``       this robot's motors stop at once, then as ``land_all``
 ====================  ===============================================================================================
 
-The stronger wins, in the order of the table. All but ``land_here`` begin alike: everybody brakes at the same time,
-along his own motion. So no two reactions are ever under way at once, and none counts on somebody who does something
-else.
+The stronger wins, in the order of the table. All begin alike: everybody brakes at the same time, along his own motion.
+So no two reactions are ever under way at once, and none counts on somebody who does something else.
 """
 
 from __future__ import annotations
@@ -21,7 +19,7 @@ from collections.abc import Iterable
 from deploy.errors import FlightAborted
 from missions.safety import Policy, Safety
 
-ORDER: tuple[Policy, ...] = ("land_here", "hold", "return", "land_all", "stop_motors")
+ORDER: tuple[Policy, ...] = ("hold", "return", "land_all", "stop_motors")
 
 
 class Reaction(FlightAborted):

@@ -47,8 +47,8 @@ def test_the_fence_holds_workspace_pads_and_altitude():
         ({"position": (1.0, 1.0, 0.91), "reference": None}, "geofence", "abort"),
         ({"battery_low": True}, "battery", "abort"),
         ({"silence": 0.6}, "link warning", "warning"),
-        ({"voltage": 3.1}, "battery warning", "warning"),
-        ({"voltage": 2.9}, "battery abort", "abort"),
+        ({"voltage": 2.9}, "battery warning", "warning"),
+        ({"voltage": 2.7}, "battery abort", "abort"),
         ({"tilt": 0.7}, "tilt warning", "warning"),
         ({"tilt": 1.0}, "tilt abort", "abort"),
         ({"velocity": (0.0, 1.7, 0.0)}, "geofence", "abort"),  # 1.44 m to stop, 1.3 m to the fence

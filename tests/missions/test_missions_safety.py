@@ -30,7 +30,7 @@ def test_what_is_stated_is_read():
         ("{min_robots: 2}", r"safety\.min_robots: got 2; allowed: at most 1, as many robots as there are"),
         ("{min_robots: 0}", r"safety\.min_robots: got 0; allowed: at least 1"),
         ("{on_host_loss: land}", r"safety\.on_host_loss: got 'land'; allowed: .*motor_stop"),
-        ("{battery: panic}", r"safety\.battery: got 'panic'; allowed: .*land_here"),
+        ("{battery: panic}", r"safety\.battery: got 'panic'; allowed: .*land_all"),
         ("{baterry: hold}", r"safety.*baterry.*battery"),
         ("{tilt_limit: 3.0}", r"safety\.tilt_limit: got 3\.0; allowed: "),
     ],
