@@ -113,6 +113,25 @@ def test_controller_choice_reaches_the_world(bench):
         assert bench.body.orders.controller == controller
 
 
+def test_gains_reach_the_world_while_they_differ_and_stored_ones_after_a_reboot(bench):
+    index = identified(param_toc(False).index["ctrlMel.kp_xy"])
+    bench.advance(TICK)
+    before = bench.body.orders.tuning
+    bench.ask(2, 2, identified(VLAND) + struct.pack("<f", 0.125))  # steers nobody's controller
+    bench.advance(TICK)
+    assert bench.body.orders.tuning is before
+    bench.ask(2, 2, index + struct.pack("<f", 0.5))
+    bench.ask(2, MISC, b"\x03" + index)
+    bench.advance(TICK)
+    assert bench.body.orders.tuning == {"ctrlMel.kp_xy": 0.5}
+    bench.send(4, 1, b"\x09" + bytes(4) + b"\x04")  # an assertion
+    bench.advance(BOOT_TIME + 2 * TICK)
+    assert bench.body.orders.tuning == {"ctrlMel.kp_xy": 0.5}
+    bench.ask(2, 2, index + param_toc(False).entries[struct.unpack("<H", index)[0]].default)
+    bench.advance(TICK)
+    assert bench.body.orders.tuning == {}
+
+
 FULL_STATE = struct.pack("<9hI3h", *range(1000, 10000, 1000), compress((0.0, 0.0, 0.6, 0.8)), 100, 200, 250)
 FOUR = struct.pack("<ffff", 1, 2, 3, 90)
 TURN = (0, 0, math.pi / 2)

@@ -28,6 +28,7 @@ class Deck:
         parameters: deck.* that read 1.
         revision: board revision.
         has_memory: it is listed in the deck memory.
+        positions: the drone's poses come from it.
         looks_down: it measures the distance to the floor.
         leds: of an LED ring.
     """
@@ -37,6 +38,7 @@ class Deck:
     parameters: tuple[str, ...]
     revision: str = "A"
     has_memory: bool = False
+    positions: bool = False
     looks_down: bool = False
     leds: int = 0
 
@@ -64,7 +66,7 @@ DECKS: Mapping[str, Deck] = MappingProxyType(
             Deck("bcMultiranger", 0x0C, ("bcMultiranger",)),
             Deck("bcZRanger2", 0x0E, ("bcZRanger2",), looks_down=True),
             Deck("bcFlow2", 0x0F, ("bcFlow2", "bcZRanger2"), looks_down=True),
-            Deck("bcLighthouse4", 0x10, ("bcLighthouse4",), has_memory=True),
+            Deck("bcLighthouse4", 0x10, ("bcLighthouse4",), has_memory=True, positions=True),
             Deck("bcActiveM", 0x11, ("bcActiveMarker",)),
         )
     }

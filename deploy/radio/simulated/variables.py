@@ -185,7 +185,7 @@ def _control(s: Snapshot) -> dict[str, Getter]:
 def _decks(s: Snapshot) -> dict[str, Getter]:
     """What decks that are plugged in measure."""
     down = any(deck.looks_down for deck in s.decks)
-    lighthouse = any(deck.has_memory for deck in s.decks)
+    lighthouse = any(deck.positions for deck in s.decks)
 
     def below() -> float:
         x, y, _, _ = s.telemetry.quaternion
