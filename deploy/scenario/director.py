@@ -52,7 +52,7 @@ class Director:
 
     def _begin(self, t: float, event: Fault) -> None:
         self._tell(t, event, "")
-        undo = begin(event, self._names[event], self._props, self._log, t)
+        undo = begin(event, self._names[event], self._props, self._log)
         if undo is not None and isinstance(event, Passing) and event.duration is not None:
 
             def end(now: float) -> None:

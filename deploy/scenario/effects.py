@@ -54,15 +54,15 @@ class Props:
         return list(self.bodies).index(robot)
 
 
-def begin(fault: Fault, names: Sequence[str], props: Props, log: FlightLog, t: float) -> Undo | None:
-    """Let a fault happen to these robots at ``t`` [s]; returns what ends it, if it can end.
+def begin(fault: Fault, names: Sequence[str], props: Props, log: FlightLog) -> Undo | None:
+    """Let a fault happen to these robots now; returns what ends it, if it can end.
 
     Raises:
         ProcessKilled: that was the fault.
     """
     match fault:
         case Loss() | Silence() | Reconnect() | SlowLink():
-            return _together([_on_line(fault, props.air.lines[name], t) for name in names])
+            return _together([_on_line(fault, props.air.lines[name]) for name in names])
         case MocapDropout() | MocapSwap() | MocapOutlier():
             return _in_mocap(fault, names, props)
         case OperatorAbort():
@@ -77,11 +77,10 @@ def begin(fault: Fault, names: Sequence[str], props: Props, log: FlightLog, t: f
     return None
 
 
-def _on_line(fault: Loss | Silence | Reconnect | SlowLink, line: Line, t: float) -> Undo:
+def _on_line(fault: Loss | Silence | Reconnect | SlowLink, line: Line) -> Undo:
     match fault:
         case Loss():
-            line.fading.disturb(t, fault.rate, fault.burst)
-            return line.fading.calm
+            return line.disturb(fault.rate, fault.burst)
         case SlowLink():
             return line.slow_down(fault.latency)
         case Silence():

@@ -129,6 +129,8 @@ class SimulatedSwarm:
             if self._air is not None:
                 self._air.advance(t)
             self._world.advance(t)
+        if self._air is not None:
+            self._air.hand_out(t)
         with self._lock:
             clients = list(self._clients.items())
         for name, client in clients:

@@ -57,6 +57,11 @@ class Air:
         for dongle in self._dongles:
             dongle.advance(t)
 
+    def hand_out(self, t: float) -> None:
+        """Give the clients what has arrived by ``t`` [s]; last, for it wakes their threads."""
+        for line in self._lines.values():
+            line.hand_out(t)
+
     def rssi(self, name: str) -> float:
         """Signal strength of a drone's link [-dBm]: a made-up figure that follows its losses."""
         line = self._lines[name]

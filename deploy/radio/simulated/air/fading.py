@@ -33,6 +33,11 @@ class Fading:
         bad = self._mean_bad / (self._mean_bad + self._mean_good)
         return bad + (1.0 - bad) * self._loss
 
+    @property
+    def is_disturbed(self) -> bool:
+        """Whether it is not as in the beginning."""
+        return self._loss != self._base or math.isfinite(self._mean_good)
+
     def disturb(self, t: float, rate: float, burst: float = 0.0) -> None:
         """From ``t`` [s] on, fail at this rate (0..1): independently, or in bursts of a mean length [s]."""
         if burst <= 0.0 or rate >= 1.0:

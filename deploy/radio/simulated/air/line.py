@@ -19,7 +19,8 @@ from deploy.radio.simulated.air.model import AirModel, Station
 LOST_IN_A_ROW = 100  # cflib: _nr_of_retries
 LONGEST_WAIT = 2.0  # [s] cflib: a packet that nobody fetches for so long is a link error
 TRANSMIT_QUEUE = 200  # packets the firmware keeps; what comes then is dropped
-_RELAXED = 0.01  # [s] between polls of a drone that has nothing to say
+_ATTENTIVE = 0.01  # [s] between polls of a drone that has nothing to say (cflib, after ten empty answers)
+_RELAXED = 0.05  # [s] the same while nothing disturbs its channel: what such polls would tell is known
 _REMEMBERED = 0.02  # share of the newest exchange in the link quality (cflib: mean of 100)
 _LOCALIZATION = 6
 
@@ -81,6 +82,7 @@ class Line:
         self.t, self.due = 0.0, math.inf
         self.dropped, self.quality = 0, 100.0
         self._silenced, self._delay = 0, 0.0
+        self._poll = 0.0  # [s] when to poll a drone that has nothing to say
         self._drone, self._model, self._held = drone, model, held
         self._lock = threading.RLock()
         self._deliver: Deliver | None = None
@@ -103,11 +105,18 @@ class Line:
     def silence(self) -> Callable[[], None]:
         """Nothing gets through until what this returns is called."""
         self._silenced += 1
+        self._look()
 
         def end() -> None:
             self._silenced -= 1
 
         return end
+
+    def disturb(self, rate: float, burst: float = 0.0) -> Callable[[], None]:
+        """Attempts fail at this rate, see :class:`Fading`, until what this returns is called."""
+        self.fading.disturb(self.t, rate, burst)
+        self._look()
+        return self.fading.calm
 
     def slow_down(self, latency: float) -> Callable[[], None]:
         """Every packet takes so much longer [s], each way, until what this returns is called."""
@@ -184,6 +193,9 @@ class Line:
     def exchange(self, now: float, slot: float) -> float:
         """One poll of the drone that begins at ``now`` and takes ``slot`` [s] unless it is repeated; when it ends."""
         self.settle(now)
+        if not (self._failures or self._waiting or self._answers) and now < self._poll:
+            self.due = self._next_wish(self._poll)
+            return now
         tries, end, failed = 0, now + slot, True
         while tries <= self._model.retries and (failed := not self.reachable or self.fading.fails(now)):
             tries += 1
@@ -198,33 +210,42 @@ class Line:
                 self.cut(LOST)
             return end
         self._failures = 0
-        self.due = end + max(self._period, _RELAXED)
         if self._waiting:
             packet = self._waiting.popleft()
             self._rising.append(Up(self._arrival(self._rising, end, self._model.uplink), packet.header, packet.data))
-            self.due = min(self.due, max(self._rising[-1].t, end + self._period))
         if self._answers and self._answers[0].t <= now:
             _, port, channel, data = self._answers.popleft()
             self._falling.append(Down(self._arrival(self._falling, end, self._model.downlink), port, channel, data))
-        if self._waiting or self._answers:
-            self.due = end + self._period
+        self._poll = end + max(self._period, _ATTENTIVE if self.fading.is_disturbed else _RELAXED)
+        self.due = end + self._period if self._waiting or self._answers else self._next_wish(self._poll)
         return end
 
     def settle(self, now: float) -> None:
-        """Everything that has arrived by ``now`` [s] is at the drone, and at the client."""
+        """Everything that has arrived by ``now`` [s] is at the drone."""
         while self._rising and self._rising[0].t <= now:
             packet = self._rising.popleft()
             self.t = max(self.t, packet.t)
             self._drone.receive(packet.header, packet.data)
         self.t = max(self.t, now)
+        if self._waiting and now - self._waiting[0].t > LONGEST_WAIT:
+            self.cut(STUCK)
+
+    def hand_out(self, now: float) -> None:
+        """Everything that has arrived by ``now`` [s] is at the client."""
         while self._falling and self._falling[0].t <= now:
             _, port, channel, data = self._falling.popleft()
             if self._deliver is not None:
                 self._deliver(port, channel, data)
-        if self._waiting and now - self._waiting[0].t > LONGEST_WAIT:
-            self.cut(STUCK)
 
     # ------------------------------------------------------------------------------------------------ inside
+
+    def _look(self) -> None:
+        if self._deliver is not None:
+            self._poll = self.due = self.t
+
+    def _next_wish(self, poll: float) -> float:
+        """When a line with nothing to exchange has to be looked at: when a packet arrives at the drone, or to poll."""
+        return min(poll, self._rising[0].t) if self._rising else poll
 
     def _arrival(self, before: deque[Up] | deque[Down], end: float, latency: float) -> float:
         """When a packet exchanged by ``end`` arrives: never before one that was exchanged earlier."""
