@@ -77,6 +77,7 @@ def seen_by(source: MocapSource, mission: Mission, seed: int = 0) -> MocapSource
     rng, capture = np.random.default_rng(seed), _frame_of(setup)
 
     def report(frame: MocapFrame) -> MocapFrame:
+        frame = replace(frame, t=frame.t + setup.latency)
         raised = {name: _shifted(pose, setup.height) for name, pose in frame.bodies.items()}
         if setup.tracking == "bodies":
             return capture.from_world(replace(frame, bodies=raised))
@@ -116,11 +117,11 @@ def _marker_of(mission: Mission, reference: Reference) -> Reference:
 
 
 def _centred(frame: MocapFrame, setup: Setup) -> MocapFrame:
-    """The robots' centres, with orientations only where they mean something."""
+    """The robots' centres when they were seen, with orientations only where they mean something."""
     bodies = {name: _shifted(pose, -setup.height) for name, pose in frame.bodies.items()}
     if setup.tracking != "bodies":
         bodies = {name: Pose(pose.position) for name, pose in bodies.items()}
-    return replace(frame, bodies=bodies)
+    return replace(frame, t=frame.t - setup.latency, bodies=bodies)
 
 
 def _shifted(pose: Pose, height: float) -> Pose:

@@ -36,6 +36,7 @@ class SwarmRobot:
         type: name of its type.
         parameters: on-board parameters, ``group.name`` to value, of robot, type and all.
         voltage: ``voltage_critical`` of its type [V]; None if it has none.
+        marker: name of the marker configuration by which librigidbodytracker tells it apart; empty if the system does.
     """
 
     name: str
@@ -44,6 +45,7 @@ class SwarmRobot:
     type: str
     parameters: Mapping[str, float]
     voltage: float | None
+    marker: str = ""
 
 
 @dataclass(frozen=True)
@@ -186,7 +188,7 @@ def _robot(robot: Branch, types: Branch, everybody: Branch) -> SwarmRobot:
     for source in (everybody, own, robot):  # the nearest wins
         parameters |= _parameters(source.branch("firmware_params"))
     voltage = own.branch("battery").number("voltage_critical")
-    return SwarmRobot(robot.key, uri, position, kind, FrozenMapping(parameters), voltage)
+    return SwarmRobot(robot.key, uri, position, kind, FrozenMapping(parameters), voltage, _marker(own))
 
 
 def _parameters(groups: Branch) -> dict[str, float]:
@@ -210,12 +212,10 @@ def _type_notes(kind: Branch) -> list[str]:
     notes = _unknown(kind, _TYPE)
     if kind.flag("big_quad", default=False):
         notes.append(f"{kind.path}.big_quad: choose flight.airframe")
+    return notes
+
+
+def _marker(kind: Branch) -> str:
     capture = kind.branch("motion_capture")
     tracked = capture.text("tracking") == "librigidbodytracker" or capture.flag("enabled", default=False)
-    if tracked:
-        marker = capture.text("marker") or "default"
-        notes.append(
-            f"{capture.path}: markers ({marker}) are not tracked here; the motion-capture system has to know every "
-            "robot as a rigid body of its name"
-        )
-    return notes
+    return (capture.text("marker") or "default") if tracked else ""

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from missions.fields import Vector
 from missions.interchange.crazyflies import Branch
+from missions.mappings import FrozenMapping
 from missions.yamltree import parse_yaml
 
 SYSTEMS = ("vicon", "optitrack", "qualisys", "vrpn")  # those ``ergoflie fly --mocap`` names
-_KNOWN = ("type", "hostname", "topics")
+_KNOWN = ("type", "hostname", "topics", "marker_configurations")
 
 
 @dataclass(frozen=True)
 class MotionCapture:
-    """Attributes: system: its type, as in the file. hostname: of its server. notes: what was left behind."""
+    """What the file says.
+
+    Attributes:
+        system: its type, as in the file. hostname: of its server.
+        markers: by marker configuration, the points of its markers on the robot (x, y, z) [m].
+        notes: what was left behind.
+    """
 
     system: str
     hostname: str
+    markers: Mapping[str, tuple[Vector, ...]]
     notes: tuple[str, ...]
 
 
@@ -38,4 +48,13 @@ def parse_motion_capture(text: str, file: str) -> MotionCapture:
     notes = [f"{file}: {key}" for key in settings.items if key not in _KNOWN]
     if system not in SYSTEMS:
         notes.append(f"{file}: type {system!r} is not among those tested here: {', '.join(SYSTEMS)}")
-    return MotionCapture(system, settings.text("hostname") or "", tuple(notes))
+    markers = {item.key: _points(item) for item in settings.branch("marker_configurations").branches()}
+    return MotionCapture(system, settings.text("hostname") or "", FrozenMapping(markers), tuple(notes))
+
+
+def _points(configuration: Branch) -> tuple[Vector, ...]:
+    """Markers of a configuration, its offset added (motion_capture_tracking_node.cpp)."""
+    offset = configuration.vector("offset") or (0.0, 0.0, 0.0)
+    points = configuration.branch("points")
+    placed = [points.vector(key) or (0.0, 0.0, 0.0) for key in points.items]
+    return tuple(tuple(a + b for a, b in zip(point, offset, strict=True)) for point in placed)

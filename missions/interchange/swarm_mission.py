@@ -57,6 +57,8 @@ def swarm_mission(swarm: Swarm, capture: MotionCapture | None, *, name: str, fil
     ]
     notes += [f"robots.{r.name}.initial_position: height {r.position[2]:g} m" for r in robots if r.position[2] != 0.0]
     kept = {key: value for key, value in parameters.items() if key not in _OURS}
+    tracking, untracked = _tracking(robots, capture)
+    notes += untracked
     lines = [
         *_head(file, capture),
         "schema_version: 1",
@@ -74,6 +76,7 @@ def swarm_mission(swarm: Swarm, capture: MotionCapture | None, *, name: str, fil
         "connectivity: {policy: none}",
         "",
         *_flight(robots, controller, kept),
+        *tracking,
     ]
     if notes:
         lines += ["", f"# Not taken over from {_shown(file)}:", *(f"#   {_shown(note)}" for note in notes)]
@@ -127,6 +130,26 @@ def _flight(robots: tuple[SwarmRobot, ...], controller: str, parameters: Mapping
     if parameters:
         lines += ["  parameters:", *(f"    {key}: {value:.9g}" for key, value in parameters.items())]
     return lines
+
+
+def _tracking(robots: tuple[SwarmRobot, ...], capture: MotionCapture | None) -> tuple[list[str], list[str]]:
+    """How robots are told apart: by single markers if all of them are, and what cannot be taken over."""
+    configurations = {robot.marker for robot in robots}
+    if configurations == {""}:
+        return [], []
+    known = capture.markers if capture else {}
+    # Crazyswarm2's example names the single marker so; the file that defines it counts for more.
+    single = {name for name in configurations if (len(known[name]) == 1 if name in known else "single" in name)}
+    if single != configurations:
+        shown = ", ".join(sorted(_shown(name) for name in configurations if name))
+        return [], [
+            f"markers ({shown}): robots are told apart by one marker each, all of them, or by rigid bodies of their "
+            "names in the motion-capture system"
+        ]
+    heights = {round(point[2], 4) for name in configurations for point in known.get(name, ())}
+    height = heights.pop() if len(heights) == 1 else 0.0
+    comment = "# one marker a robot, told apart by pads and motion; [m] above its centre"
+    return ["", f"motion_capture: {{tracking: markers, height: {height:g}}}  {comment}"], []
 
 
 def _takeoff_voltage(robots: tuple[SwarmRobot, ...]) -> float:

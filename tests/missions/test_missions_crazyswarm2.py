@@ -149,7 +149,7 @@ def test_only_what_all_share_becomes_a_parameter_and_the_rest_is_said():
         "robots.cf4.role",
         "robots.cf4.initial_position: height 0.1 m",
         "robots that are not enabled: cf5",
-        "robot_types.cf21.motion_capture: markers (default_single_marker)",
+        "markers (default_single_marker): robots are told apart by one marker each, all of them",
         "robot_types.cf21_mocap_deck.firmware_logging",
         "all.firmware_logging",
         "all.broadcasts",
@@ -177,6 +177,32 @@ def test_motion_capture_becomes_a_hint():
     assert "m.yaml: type 'nokov' is not among those tested here: vicon, optitrack, qualisys, vrpn" in other.notes
     with pytest.raises(MissionError, match=r"^m\.yaml.*missing key 'type'"):
         parse_motion_capture("robots: {}", "m.yaml")
+
+
+SINGLE = """
+  ros__parameters:
+    type: optitrack
+    marker_configurations:
+      default_single_marker:
+        offset: [0.0, 0.0, -0.01]
+        points: {p0: [0.0, 0.0, 0.03]}
+      four: {points: {p0: [0.0, 0.0, 0.02], p1: [0.01, 0.0, 0.02]}}
+"""
+
+
+def test_robots_with_one_marker_each_are_told_apart_by_motion():
+    text = CRAZYFLIES.replace('tracking: "vendor"', "{tracking: librigidbodytracker, marker: default_single_marker}")
+    text = text.replace("motion_capture:\n      {", "motion_capture: {")
+    mission, notes, _ = imported(text)
+    assert (mission.motion_capture.tracking, mission.motion_capture.height) == ("markers", 0.0)
+    capture = parse_motion_capture(f"/motion_capture_tracking:{SINGLE}", "m.yaml")
+    mission, notes, _ = imported(text, capture)
+    assert (mission.motion_capture.tracking, mission.motion_capture.height) == ("markers", 0.02)
+    assert not [note for note in notes if note.startswith("markers")]
+    mission, notes, _ = imported(text.replace("default_single_marker", "four"), capture)
+    assert mission.motion_capture.tracking == "bodies"
+    assert [note for note in notes if note.startswith("markers (four)")]
+    assert imported(CRAZYFLIES.replace("librigidbodytracker", "vendor"))[0].motion_capture.tracking == "bodies"
 
 
 def test_names_that_yaml_would_misread_and_comments_that_would_break_out():

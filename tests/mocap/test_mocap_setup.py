@@ -114,6 +114,11 @@ def test_what_is_seen_of_the_world_is_the_world_again(tracking):
         assert (pose.quaternion is None) == (tracking != "bodies")
 
 
+def test_a_known_latency_dates_frames_back():
+    source = in_world(film({"b": Pose((0.0, 0.0, 0.0))}, 2), mission("motion_capture: {latency: 0.015}"))
+    assert [frame.t for frame in source.poll()] == pytest.approx([-0.015, -0.005])
+
+
 def test_markers_come_in_no_order():
     rehearsed = mission("motion_capture: {tracking: markers}")
     raw = seen_by(film({name: Pose(position) for name, position in PADS.items()}), rehearsed, seed=1).poll()
