@@ -30,7 +30,8 @@ def open_system(system: str, host: str, mission: Mission, now: Callable[[], floa
     """Connect to a system, in the way a mission's robots are tracked.
 
     Args:
-        system: its name, e.g. ``vicon``. host: address of its server; empty: the library's default.
+        system: its name, e.g. ``vicon``.
+        host: address of its server; empty: the library's default.
         mission: says how robots are tracked.
         now: the flight clock's time [s].
 
