@@ -179,6 +179,8 @@ def _outcome(
 ) -> FlightOutcome:
     if not reason and not all(landed.values()):
         reason = f"not known to be on the ground: {', '.join(name for name, down in landed.items() if not down)}"
+    for name, latency in flight.timing.latencies.items():
+        flight.event("command_latency", str(latency), robot=name, value=latency.median)
     return FlightOutcome(
         phase=flight.phases.now,
         reason=reason,
@@ -190,4 +192,6 @@ def _outcome(
         largest_error=MappingProxyType(dict(flight.largest_error)),
         duration=flight.clock.now() - began,
         left_behind=MappingProxyType(dict(flight.left_behind)),
+        latencies=flight.timing.latencies,
+        reaction=flight.timing.reaction,
     )

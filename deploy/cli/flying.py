@@ -77,7 +77,15 @@ def print_preflight(checks: Sequence[PreflightCheck]) -> int:
 
 
 def print_outcome(outcome: FlightOutcome) -> None:
-    """How a flight ended early, or what it complained of."""
+    """How prompt a flight was, how it ended early, or what it complained of."""
+    delays = [f"starts within {outcome.start_skew * 1000:.1f} ms"] * math.isfinite(outcome.start_skew)
+    if outcome.latencies:
+        medians = [latency.median for latency in outcome.latencies.values()]
+        slowest = max(latency.largest for latency in outcome.latencies.values())
+        delays.append(f"commands answered within {max(medians) * 1000:.1f} ms (median), {slowest * 1000:.1f} ms (most)")
+    delays += [f"reaction within {outcome.reaction * 1000:.0f} ms"] * math.isfinite(outcome.reaction)
+    if delays:
+        err.print("; ".join(delays), markup=False)
     if outcome.reason:
         err.print(f"flight {outcome.phase.value}: {outcome.reason}", markup=False)
     for name, why in outcome.left_behind.items():

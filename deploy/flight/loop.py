@@ -23,6 +23,7 @@ from deploy.flight.poses import Poses
 from deploy.flight.reactions import Reaction, policy_for, strongest
 from deploy.flight.records import FlightStatus, Ready, RobotStatus
 from deploy.flight.reference import Reference
+from deploy.flight.timing import Timing
 from deploy.flight.watch import AHEAD, Finding, Limits, Seen, Watch, ahead, tilt
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
@@ -79,7 +80,7 @@ class Flight:
         ground: height of the pads [m].
         ready: what drones said of themselves when they were connected.
         left_behind: who did not take off, and why.
-        turned: when the loop turned last [s].
+        turned: when the loop turned last [s]. timing: delays.
     """
 
     def __init__(
@@ -108,7 +109,7 @@ class Flight:
         self.ground = 0.0
         self.ready: dict[str, Ready] = {}
         self.left_behind: dict[str, str] = {}
-        self.turned = clock.now()
+        self.turned, self.timing = clock.now(), Timing()
         self._watch = Watch(Limits.of(mission))
         self._observer = observer
         self._turns = itertools.count()
@@ -305,6 +306,7 @@ class Flight:
                 self.event("repeat", f"{reply.request.what}: no answer, repeated", robot=name, level="warning")
                 self.fleet[name].resend(reply)
             return reply, None
+        self.timing.answered(name, reply)
         code = highlevel.return_code(reply.payload)
         if code == highlevel.REFUSED and reply.repeated:
             # The first copy was heard and only its answer lost: the drone is already doing it.
@@ -319,13 +321,13 @@ class Flight:
     def _asked(self) -> Reaction | None:
         """What the operator wants; to land whatever else is under way, to hold or go back once."""
         if self.operator.land_requested():
-            return Reaction("the operator asked to land")
+            return Reaction("the operator asked to land", since=self.turned)
         if self.phases.now is Phase.ABORTING:
             return None
         if self.operator.return_requested():
-            return Reaction("the operator called everybody back", "return")
+            return Reaction("the operator called everybody back", "return", since=self.turned)
         if self.operator.hold_requested():
-            return Reaction("the operator asked to hold", "hold")
+            return Reaction("the operator asked to hold", "hold", since=self.turned)
         return None
 
     def _sense(self, now: float, look: bool) -> Reaction | None:
@@ -366,7 +368,8 @@ class Flight:
         policies = [policy_for(self.plan.mission.safety, finding.kind) for finding in due]
         strong = strongest(policies)
         about = [f.robot for f, policy in zip(due, policies, strict=True) if policy == strong]
-        return Reaction("; ".join(f"{finding.robot}: {finding.text}" for finding in due), strong, about)
+        text = "; ".join(f"{finding.robot}: {finding.text}" for finding in due)
+        return Reaction(text, strong, about, since=min(map(self._watch.since, due)))
 
     def _seen(self, now: float) -> list[Seen]:
         drones = []

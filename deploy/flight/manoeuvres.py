@@ -46,6 +46,8 @@ def start_together(flight: Flight) -> None:
     flight.wait_until(lambda: all(reply.here for reply in replies.values()), RETRY)
     silent = [name for name, reply in replies.items() if not reply.here]
     moving = _chase(flight, silent, replies) if silent else []
+    for name, reply in replies.items():
+        flight.timing.answered(name, reply)
     codes = {n: highlevel.return_code(r.payload) if r.here else None for n, r in replies.items() if n not in moving}
     require(flight, "trajectory start", codes)
     instants = {n: 0.5 * (r.sent + r.arrived) for n, r in replies.items() if r.arrived is not None}
@@ -104,7 +106,7 @@ def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
     grounded = [name for name in flight.alive if name not in flying]
     flight.command({name: highlevel.stop() for name in grounded}, patience=0.3)
     if flying and flight.phases.now is Phase.ABORTING:
-        _brake(flight, flying, searching)
+        _brake(flight, flying, searching, reaction.since)
         if reaction.policy == "hold":
             reaction = _hold(flight)
         if not (reaction.policy == "return" and _over_the_pads(flight, flying)):
@@ -150,8 +152,8 @@ def _chase(flight: Flight, silent: list[str], replies: dict[str, Reply]) -> list
     return moving
 
 
-def _brake(flight: Flight, names: Iterable[str], searching: bool) -> None:
-    """Everybody to a stop in the same time, along their own motion."""
+def _brake(flight: Flight, names: Iterable[str], searching: bool, since: float) -> None:
+    """Everybody to a stop in the same time, along their own motion; measures how long after ``since`` they heard."""
     motions = {name: _motion(flight, name, searching) for name in names}
     fastest = max((math.hypot(*velocity) for _, velocity, _ in motions.values()), default=0.0)
     duration = min(_LONGEST_BRAKE, max(_SHORTEST_BRAKE, fastest / _BRAKE))
@@ -162,6 +164,10 @@ def _brake(flight: Flight, names: Iterable[str], searching: bool) -> None:
         commands[name] = highlevel.go_to((x, y, max(z, flight.ground + OFF_THE_GROUND)), yaw, duration)
     if refused := flight.refusals(flight.command(commands, patience=0.5)):
         flight.event("brake", refused, level="warning")
+    if not math.isnan(since):
+        flight.timing.reaction = taken = flight.clock.now() - since
+        text = f"everybody told to brake {taken * 1000:.0f} ms after the first sign"
+        flight.event("reaction", text, value=taken)
     flight.wait(duration + _CALM)
 
 

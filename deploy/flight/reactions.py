@@ -14,6 +14,7 @@ So no two reactions are ever under way at once, and none counts on somebody who 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from deploy.errors import FlightAborted
@@ -27,10 +28,13 @@ class Reaction(FlightAborted):
 
     Attributes:
         policy: how. robots: whom it is about; empty for everybody.
+        since: when the condition that led to it first held [s]; NaN if it is none of the watch or the operator.
     """
 
-    def __init__(self, reason: str, policy: Policy = "land_all", robots: Iterable[str] = ()) -> None:
-        self.policy, self.robots = policy, tuple(robots)
+    def __init__(
+        self, reason: str, policy: Policy = "land_all", robots: Iterable[str] = (), since: float = math.nan
+    ) -> None:
+        self.policy, self.robots, self.since = policy, tuple(robots), since
         super().__init__(reason)
 
 

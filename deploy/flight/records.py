@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from deploy.flight.timing import Latency
 from deploy.phases import Phase
 from deploy.preflight import PreflightReport
 
@@ -80,6 +81,7 @@ class FlightOutcome:
         largest_error: largest distance to the certified trajectory [m], by robot.
         duration: from connection to the end [s].
         left_behind: who did not take off, and why, by robot.
+        latencies: round trips of commands, by robot. reaction: from a finding to the last answer [s]; NaN if none.
     """
 
     phase: Phase
@@ -92,6 +94,8 @@ class FlightOutcome:
     largest_error: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     duration: float = math.nan
     left_behind: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    latencies: Mapping[str, Latency] = field(default_factory=lambda: MappingProxyType({}))
+    reaction: float = math.nan
 
     @property
     def completed(self) -> bool:

@@ -264,3 +264,7 @@ class Watch:
         ]
         self._told |= {(finding.name, finding.robot) for finding in fresh}
         return fresh
+
+    def since(self, finding: Finding) -> float:
+        """Since when a condition that holds has held [s]."""
+        return self._since[(finding.name, finding.robot)]

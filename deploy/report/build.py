@@ -9,6 +9,7 @@ from string import Template
 from deploy.analysis.record import FlightAnalysis
 from deploy.report import sections
 from deploy.report.charts import all_charts
+from deploy.report.delays import delays_table
 from deploy.report.packing import script_json
 from deploy.report.playback import playback_data
 from deploy.report.switches import switches_table
@@ -35,7 +36,7 @@ def build_report(analysis: FlightAnalysis) -> str:
         indicators=sections.indicators_table(analysis),
         probabilities=sections.probability_table(analysis),
         forwarding=sections.forwarding_table(analysis),
-        robots_table=sections.robots_table(analysis) + switches_table(analysis),
+        robots_table=sections.robots_table(analysis) + delays_table(analysis) + switches_table(analysis),
         certificate=sections.certificate_table(analysis),
         preflight=sections.preflight_table(analysis),
         events=sections.events_table(analysis),

@@ -54,6 +54,9 @@ def test_called_back_everybody_lands_on_his_pad(bench):
     outcome, ready, truth = bench(lambda ready, operator: operator.say("abort"))
     assert outcome.phase is Phase.ABORTED
     assert outcome.reason == "the operator called everybody back"
+    assert 0.0 < outcome.reaction <= 0.1
+    assert {name: latency.count >= 4 for name, latency in outcome.latencies.items()} == {"cf1": True, "cf2": True}
+    assert max(latency.largest for latency in outcome.latencies.values()) <= 0.05
     assert all(outcome.landed.values())
     assert on_the_pads(ready)
     assert np.diff(truth[:, :, 2], axis=0).min() > -0.2
@@ -77,6 +80,7 @@ def test_the_policy_of_the_mission_decides_and_who_is_held_can_be_called_back(be
 
     outcome, ready, _ = bench(act, pose="hold", hold_time=30.0)
     assert "no pose for 1.0" in outcome.reason
+    assert outcome.reaction <= 0.1
     assert any("the hover is over (return)" in warning for warning in outcome.warnings)
     assert all(outcome.landed.values())
     assert on_the_pads(ready)
