@@ -294,3 +294,10 @@ def test_the_command_line_refuses_a_scenario_before_it_plans(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
     assert main(["dry-run", mission, "--scenario", str(tmp_path / "none.yaml"), "-o", str(tmp_path / "out")]) == 2
     assert "none.yaml: no such file" in capsys.readouterr().err
+
+
+def test_the_scenario_in_the_readme_loads():
+    readme = (SHIPPED.parent.parent / "README.md").read_text(encoding="utf-8")
+    text = readme.partition("A scenario file says what goes wrong:")[2].split("```")[1]
+    scenario = parse_scenario(text, path="README.md", mission=MISSION)
+    assert [event.fault for event in scenario.events] == ["loss", "motor_failure", "operator_abort"]
