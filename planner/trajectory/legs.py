@@ -23,7 +23,7 @@ from planner.trajectory.poly4d import MAX_PIECES, PIECE_SIZE, encode_pieces, enc
 HALF = MEMORY_SIZE // 2
 CALM = 0.1  # [m/s]; a switch at this speed costs as much as one more switch
 SHORTEST_LEG = 8.0  # [s] legs are no shorter if they can: while one flies the next is uploaded
-_HURRY = 10.0  # [1/s] what a second less than that costs
+_HURRY = 80.0  # what a leg of no length costs; shorter ones in proportion to what they lack
 
 
 def poly4d_legs(trajectory: PiecewisePolynomial) -> tuple[Leg, ...]:
@@ -77,7 +77,7 @@ def choose_joints(trajectory: PiecewisePolynomial, sizes: Array | np.ndarray, ov
     cost[0] = 0.0
     for end in range(1, count + 1):
         begin = np.arange(np.searchsorted(filled, filled[end] + overhead - HALF), end)
-        hurry = _HURRY * np.maximum(SHORTEST_LEG - (knots[end] - knots[begin]), 0.0)
+        hurry = _HURRY * np.maximum(1.0 - (knots[end] - knots[begin]) / SHORTEST_LEG, 0.0)
         switch = 1.0 + (speed[end] / CALM) ** 2 if end < count else 0.0
         total = cost[begin] + hurry + switch
         best = int(np.argmin(total))
