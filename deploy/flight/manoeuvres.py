@@ -6,21 +6,26 @@ import math
 import statistics
 from collections.abc import Collection, Iterable, Mapping
 
+import numpy as np
+
 from deploy.flight.legs import Chains
 from deploy.flight.loop import RETRY, Flight, Vec3
 from deploy.flight.passages import fly, require
 from deploy.flight.reactions import Reaction
+from deploy.flight.watch import SEPARATION_SLACK
 from deploy.phases import TABLE, Phase
 from deploy.radio import highlevel
 from deploy.radio.requests import Reply
 from deploy.radio.supervisor import Supervisor
 from deploy.upload import trajectory_id
+from missions import fleet
 from planner.transfer.descent import clear_descents, ways_home
 from planner.transfer.errors import TransferError
 
 GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
 OFF_THE_GROUND = 0.10  # m above the pad
 _START_PATIENCE = 0.3  # s; by then a trajectory from rest has moved less than a millimetre at our accelerations
+_SAMPLES = 0.05  # s between looks at a late start; nobody moves more than a few centimetres in it
 _ON_PLAN = 0.15  # m between reference and telemetered setpoint
 _BRAKE = 1.0  # m/s², mean deceleration of an abort
 _SHORTEST_BRAKE, _LONGEST_BRAKE = 0.6, 2.0  # s
@@ -32,8 +37,9 @@ def start_together(flight: Flight) -> None:
     """Start all trajectories, back to back, in world coordinates; measure how far apart the starts are.
 
     A drone that refuses, or does not fly although it accepted, brings everybody down: nobody flies a plan whose
-    meetings and distances count on somebody who is not there. A start that is not answered is repeated once, while the
-    trajectory has not left its first point, and only if the drone says that it is still hovering.
+    meetings and distances count on somebody who is not there. A start that is not answered is repeated once, only if
+    the drone says that it still hovers (else it would jump back), and only if a flight so late stays near the plan and
+    clear of the others.
 
     Raises:
         FlightAborted: somebody did not start.
@@ -142,14 +148,38 @@ def _chase(flight: Flight, silent: list[str], replies: dict[str, Reply]) -> list
     words = {n: Supervisor(int.from_bytes(r.payload[1:3], "little")) for n, r in asked.items() if r.here}
     moving = [name for name, word in words.items() if word.planner_active and not word.trajectory_finished]
     for name in silent:
-        text = "start not answered, but it flies" if name in moving else "start not answered, repeated once"
-        flight.event("repeat", text, robot=name, level="warning")
-        if name in words and name not in moving:
+        late = flight.clock.now() - replies[name].sent
+        if name in moving:
+            text = "start not answered, but it flies"
+        elif name not in words:
+            text = "start not answered, and nobody knows whether it flies: not repeated"
+        elif jump := too_late(flight, name, late):
+            text = f"start not answered, and not repeated {late * 1000:.0f} ms late: {jump}"
+        else:
+            text = "start not answered, repeated once"
             flight.fleet[name].resend(replies[name])
+        flight.event("repeat", text, robot=name, level="warning")
     flight.wait_until(
         lambda: all(replies[name].here for name in silent if name not in moving), _START_PATIENCE - 2 * RETRY
     )
     return moving
+
+
+def too_late(flight: Flight, name: str, late: float) -> str:
+    """What a start this late [s] would lead to; empty if everybody stays as far apart, and it as near to its plan."""
+    mission = flight.plan.mission
+    t = np.arange(0.0, flight.duration + late, _SAMPLES)
+    on_time = flight.references[name].evaluate(t)[:, :3]
+    behind = flight.references[name].evaluate(np.maximum(t - late, 0.0))[:, :3]
+    off = float(np.linalg.norm(behind - on_time, axis=1).max())
+    if off > mission.flight.tracking_limit / 2.0:
+        return f"it would be up to {off:.2f} m behind its trajectory"
+    scale = np.array([1.0, 1.0, fleet.vertical_scale(mission)])
+    for other, reference in flight.references.items():
+        apart = float(np.linalg.norm((behind - reference.evaluate(t)[:, :3]) * scale, axis=1).min())
+        if other != name and apart < mission.limits.separation - SEPARATION_SLACK:
+            return f"it would come within {apart:.2f} m of {other}"
+    return ""
 
 
 def _brake(flight: Flight, names: Iterable[str], searching: bool, since: float) -> None:

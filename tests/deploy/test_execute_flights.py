@@ -363,6 +363,15 @@ def test_a_start_that_is_lost_is_repeated(bench, monkeypatch):
     assert max(outcome.largest_error.values()) < 0.15
 
 
+def test_a_start_that_would_be_too_late_is_not_repeated(bench, monkeypatch):
+    spoil(monkeypatch, "start trajectory", None)
+    outcome, _, truth = bench(small_plan(small_mission(tracking_limit=0.06)))
+    assert outcome.phase is Phase.ABORTED
+    assert any("ms late: it would be up to 0.0" in warning for warning in outcome.warnings)
+    assert all(outcome.landed.values())
+    assert gentle(truth)
+
+
 def test_a_start_whose_answer_is_lost_is_not_repeated(bench, monkeypatch):
     lost = deafen(monkeypatch, 0x0D)
     outcome, _, _ = bench()
