@@ -38,7 +38,10 @@ class Trajectories:
 
     def __init__(self, memory: TrajectoryMemory) -> None:
         self._memory, self.size = memory, memory.size
-        self.read = memory.read
+
+    def read(self, address: int, length: int) -> bytes:
+        """A copy."""
+        return self._memory.read(address, length)
 
     def write(self, address: int, data: bytes) -> bool:
         """Overwrite."""
