@@ -6,12 +6,15 @@ import math
 import numpy as np
 import pytest
 
+from deploy.cli.fly import _mocap
 from deploy.errors import PreflightError
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
+from missions.errors import MissionError
 from missions.motion_capture import MotionCapture
 from missions.radio import pose_rates
 from missions.schema import Radio
+from mocap.errors import MocapUnavailable
 from mocap.frames import MappedSource
 from mocap.replay import ReplayMocap
 from mocap.setup import in_world
@@ -134,6 +137,19 @@ def test_a_marker_lost_for_good_lands_everybody(tmp_path, cache):
     outcome, _, _ = run(tmp_path, cache, plan, prepare)
     assert outcome.phase is Phase.ABORTED
     assert "cf2: no pose for 1.0" in outcome.reason
+
+
+def test_a_system_that_nothing_talks_to_is_named_before_take_off(tmp_path):
+    path = tmp_path / "motion_capture.yaml"
+    path.write_text("/motion_capture_tracking: {ros__parameters: {type: vicon, hostname: 10.0.0.2}}")
+    assert callable(_mocap(str(path), "", small_mission()))
+    marked = plan_seen(tracking="markers").mission
+    with pytest.raises(MocapUnavailable, match=r"\(vicon\): nothing hands over its unlabelled markers"):
+        _mocap(str(path), "", marked)
+    with pytest.raises(MocapUnavailable, match="got 'vikon'; allowed: vicon"):
+        _mocap("vikon", "", small_mission())
+    with pytest.raises(MissionError, match=r"nowhere\.yaml"):
+        _mocap("nowhere.yaml", "", small_mission())
 
 
 def test_a_dongle_that_carries_less_gets_fewer_poses(tmp_path, cache):
