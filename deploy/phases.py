@@ -44,36 +44,45 @@ class Rule:
     """One row of the table.
 
     Attributes:
-        entry: what has to be true of every drone to enter the phase.
+        entry: what has to be true of every drone that flies to enter the phase.
         allowance: how long the phase may last beyond what the flight plan itself takes [s].
         next: the phase after it when all goes well; None at the end.
         otherwise: the phase when a drone misses the entry of the next one, or the operator says so; None at the end.
+        failing: what happens with a drone that fails in the phase; empty at the end.
     """
 
     entry: str
     allowance: float
     next: Phase | None
     otherwise: Phase | None
+    failing: str = ""
 
 
 P = Phase
+AGAIN = "tried again, then left behind (`min_robots`), else nobody flies"
+BEHIND = "left behind (`min_robots`), else nobody flies"
+POLICY = "the mission's policy for what is found; by default all land"
 TABLE: Mapping[Phase, Rule] = MappingProxyType(
     {
-        P.IDLE: Rule("the certificate passes and is for these bytes", 60.0, P.CONNECTED, P.CANCELLED),
-        P.CONNECTED: Rule("link up, parameters read back, telemetry runs", 20.0, P.CHECKED, P.CANCELLED),
-        P.CHECKED: Rule("estimator settled, every pre-flight check passed", 60.0, P.UPLOADED, P.CANCELLED),
-        P.UPLOADED: Rule("memory read back equal, trajectory defined", 5.0, P.ARMED, P.CANCELLED),
-        P.ARMED: Rule("supervisor armed and able to fly", 2.0, P.TAKING_OFF, P.CANCELLED),
-        P.TAKING_OFF: Rule("every supervisor ready; take-off is commanded", 2.0, P.TRANSFERRING, P.ABORTING),
-        P.TRANSFERRING: Rule("pose within 15 cm of the altitude", 2.0, P.SETTLING, P.ABORTING),
-        P.SETTLING: Rule("transfer time is over", 5.0, P.ON_MISSION, P.ABORTING),
-        P.ON_MISSION: Rule("pose within 10 cm of the start; all trajectories are started", 0.5, P.HOLDING, P.ABORTING),
-        P.HOLDING: Rule("trajectory time is over", 2.0, P.RETURNING, P.ABORTING),
-        P.RETURNING: Rule("hover time is over", 5.0, P.LANDING, P.ABORTING),
-        P.LANDING: Rule("moves back are over; landing is commanded", 8.0, P.LANDED, P.ABORTED),
+        P.IDLE: Rule("the certificate passes and is for these bytes", 60.0, P.CONNECTED, P.CANCELLED, AGAIN),
+        P.CONNECTED: Rule("link up, parameters read back, telemetry runs", 20.0, P.CHECKED, P.CANCELLED, AGAIN),
+        P.CHECKED: Rule("estimator settled, every pre-flight check passed", 60.0, P.UPLOADED, P.CANCELLED, AGAIN),
+        P.UPLOADED: Rule("memory read back equal, trajectory defined", 5.0, P.ARMED, P.CANCELLED, BEHIND),
+        P.ARMED: Rule("supervisor armed and able to fly", 2.0, P.TAKING_OFF, P.CANCELLED, "nobody flies"),
+        P.TAKING_OFF: Rule("every supervisor ready; take-off is commanded", 2.0, P.TRANSFERRING, P.ABORTING, POLICY),
+        P.TRANSFERRING: Rule("pose within 15 cm of the altitude", 2.0, P.SETTLING, P.ABORTING, POLICY),
+        P.SETTLING: Rule("transfer time is over", 5.0, P.ON_MISSION, P.ABORTING, POLICY),
+        P.ON_MISSION: Rule(
+            "pose within 10 cm of the start; all trajectories are started", 0.5, P.HOLDING, P.ABORTING, POLICY
+        ),
+        P.HOLDING: Rule("trajectory time is over", 2.0, P.RETURNING, P.ABORTING, POLICY),
+        P.RETURNING: Rule("hover time is over", 5.0, P.LANDING, P.ABORTING, POLICY),
+        P.LANDING: Rule("moves back are over; landing is commanded", 8.0, P.LANDED, P.ABORTED, "the others land"),
         P.LANDED: Rule("supervisor says not flying", 0.0, None, None),
         P.CANCELLED: Rule("nobody has left the ground", 0.0, None, None),
-        P.ABORTING: Rule("a limit, a lost drone, a refusal or the operator", 20.0, P.ABORTED, P.ABORTED),
+        P.ABORTING: Rule(
+            "a limit, a lost drone, a refusal or the operator", 20.0, P.ABORTED, P.ABORTED, "the others land"
+        ),
         P.ABORTED: Rule("everybody who can be heard is down", 0.0, None, None),
         P.EMERGENCY: Rule("the operator stopped the motors", 0.0, None, None),
     }
@@ -139,10 +148,11 @@ def mermaid() -> str:
 
 
 def markdown() -> str:
-    """The table for the README."""
-    lines = ["| phase | entered when | allowance | then | otherwise |", "|---|---|---|---|---|"]
+    """The table for the README: deadlines are beyond what the flight plan itself takes."""
+    lines = ["| phase | entered when | deadline | then | who fails in it |", "|---|---|---|---|---|"]
     for phase, rule in TABLE.items():
-        then, otherwise = (p.value if p else "" for p in (rule.next, rule.otherwise))
-        allowance = f"{rule.allowance:g} s" if rule.allowance else ""
-        lines.append(f"| {phase.value} | {rule.entry} | {allowance} | {then} | {otherwise} |")
+        if rule.next is not None:
+            lines.append(
+                f"| {phase.value} | {rule.entry} | {rule.allowance:g} s | {rule.next.value} | {rule.failing} |"
+            )
     return "\n".join(lines) + "\n"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from deploy.cli.__main__ import main, parser
-from deploy.phases import mermaid
+from deploy.phases import markdown, mermaid
 from missions.loader import load_mission
 
 ROOT = Path(__file__).parent.parent
@@ -46,6 +46,7 @@ def test_the_mission_shown_loads(tmp_path):
 def test_the_phase_diagram_is_the_table():
     (shown,) = blocks("mermaid")
     assert shown.strip() == mermaid().strip()
+    assert f"\n{markdown()}\n" in README
 
 
 @pytest.mark.parametrize("target", ["demo", "test"])
