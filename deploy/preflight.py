@@ -22,7 +22,9 @@ from planner.flightplan import FlightPlan
 
 Vec3 = tuple[float, float, float]
 Result = Literal["pass", "warning", "failure"]
-LATENCY_WARNING, LATENCY_LIMIT = 20.0, 250.0  # ms; Crazyswarm2 warns at 10 ms
+# ms. Downlink packets ride on acknowledgements, so the telemetry of the four or five drones a dongle carries takes
+# 20 to 40 ms to arrive; what is slower than that is interference or too many drones.
+LATENCY_WARNING, LATENCY_LIMIT = 50.0, 250.0
 QUALITY_LIMIT = 80.0  # %
 PROTOCOL_LIMIT = 10  # go_to_2 and start_trajectory_2
 POSE_AGE_LIMIT = 0.2  # s
@@ -236,7 +238,7 @@ def _link_checks(drone: DroneFacts) -> list[PreflightCheck]:
         slow = link.latency > LATENCY_WARNING
         result: Result = "failure" if link.latency > LATENCY_LIMIT else "warning" if slow else "pass"
         remedy = "fewer drones a radio, another channel" if slow else ""
-        limit = f"<= {LATENCY_LIMIT:.0f} ms"
+        limit = f"<= {LATENCY_LIMIT if result == 'failure' else LATENCY_WARNING:.0f} ms"
         checks.append(PreflightCheck("link latency", robot, result, f"{link.latency:.0f} ms", limit, remedy))
     if not math.isnan(link.quality):
         good = link.quality >= QUALITY_LIMIT
