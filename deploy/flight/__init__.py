@@ -6,7 +6,11 @@
     poses.py        motion capture to drones
     journal.py      telemetry to the flight log
     watch.py        what may not happen in flight
+    reactions.py    what follows when it does: the mission's policies
+    timing.py       how prompt commands and reactions are
+    keepalive.py    the firmware's watchdog, for the day this computer dies
     loop.py         the flight loop: one tick of everything, commands with answers
+    muster.py       who flies: tried again, left behind, or nobody
     ground.py       connect, set up, settle the estimators, check, upload, arm
     legs.py         legs of long trajectories: uploaded and started in flight
     passages.py     take off, the moves to the starts and back

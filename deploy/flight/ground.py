@@ -76,15 +76,8 @@ def connect(flight: Flight, names: Names) -> Failures:
 
 def decks(drone: Drone) -> tuple[str, ...] | None:
     """Positioning decks a drone has by its own word; None if its firmware knows of none. Raises LinkError."""
-    known, found = False, []
-    for name, parameter in POSITIONING_DECKS.items():
-        try:
-            present = drone.read_parameter(parameter)
-        except CommandRefused:
-            continue  # built without this deck's driver
-        known = True
-        found += [name] * bool(present)
-    return tuple(found) if known else None
+    known = {deck: parameter for deck, parameter in POSITIONING_DECKS.items() if drone.has_parameter(parameter)}
+    return tuple(deck for deck, parameter in known.items() if drone.read_parameter(parameter)) if known else None
 
 
 def settle_estimators(flight: Flight, names: Names) -> Failures:

@@ -185,6 +185,11 @@ class Drone:
         """
         return parameters.write(self._requests, self._parameter(name), value, compare=compare)
 
+    def has_parameter(self, name: str) -> bool:
+        """Whether the drone's table of parameters holds ``group.name``."""
+        group, _, key = name.partition(".")
+        return key in self._crazyflie.param.toc.toc.get(group, {})
+
     def read_parameter(self, name: str) -> float:
         """Ask the drone for a parameter; blocks. Raises like :meth:`set_parameter`."""
         return parameters.read(self._requests, self._parameter(name))

@@ -135,7 +135,9 @@ def test_a_battery_is_low_for_five_seconds_before_the_firmware_says_so(flown):
     outcome, log = flown("battery_low")
     assert outcome.reason == "cf1: battery low"
     assert all(outcome.landed.values())
-    (begun,), (told,) = happened(log, "scenario"), happened(log, "battery")
+    (begun,), (warned, told) = happened(log, "scenario"), happened(log, "battery")
+    assert (warned.level, told.level) == ("warning", "fault")
+    assert 2.0 < warned.t - begun.t < told.t - begun.t
     assert 5.0 < told.t - begun.t < 8.0
     battery = log.series["/cf1/battery"]
     assert battery["voltage"][battery.t > told.t - 1.0].max() < 3.3
