@@ -71,7 +71,7 @@ def test_each_check_fails_alone(changes, name):
 
 
 def test_a_slow_link_and_mixed_firmware_are_warnings():
-    found = results(facts("cf1", link=LinkState(latency=30.0)), facts("cf2", firmware="2025.02"))
+    found = results(facts("cf1", link=LinkState(latency=60.0)), facts("cf2", firmware="2025.02"))
     assert found == {("link latency", "cf1"): "warning", ("same firmware", ""): "warning"}
 
 
