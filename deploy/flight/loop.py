@@ -13,6 +13,7 @@ import queue
 import threading
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -393,7 +394,7 @@ class Flight:
                     now - drone.heard,
                     drone.lost,
                     velocity,
-                    () if position is None else self._ahead(name, now, position, velocity, reference),
+                    tuple if position is None else partial(self._ahead, name, now, position, velocity, reference),
                     tilt(*estimate.rpy[:2]) if estimate else math.nan,
                     status.voltage if status else math.nan,
                 )

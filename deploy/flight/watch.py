@@ -33,12 +33,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from deploy.radio.supervisor import Supervisor
-from missions.fleet import accelerations, fence
+from missions.fleet import accelerations, fence, speeds
 from missions.schema import Mission
 
 Vec3 = tuple[float, float, float]
@@ -59,6 +59,7 @@ class Limits:
         tracking, separation: [m]. lower, upper: corners of the box nobody may leave [m].
         braking: acceleration along an axis that everybody is able to brake with [m/s²].
         tilt: [rad]. voltage: [V].
+        closing: how fast two robots that fly as they may come closer at most [m/s].
     """
 
     tracking: float
@@ -68,6 +69,7 @@ class Limits:
     braking: float = math.inf
     tilt: float = math.inf
     voltage: float = 0.0
+    closing: float = 2.0
 
     @classmethod
     def of(cls, mission: Mission) -> Limits:
@@ -79,7 +81,9 @@ class Limits:
         box = (x0, y0, z0), (x1, y1, z1)
         braking, safety = float(accelerations(mission).max()), mission.safety
         own = mission.flight.tracking_limit, mission.limits.separation
-        return cls(*own, *box, braking, safety.tilt_limit, safety.battery_limit)
+        # Twice what is allowed: a robot that is off its way may be faster.
+        closing = 4.0 * float(speeds(mission).max())
+        return cls(*own, *box, braking, safety.tilt_limit, safety.battery_limit, closing)
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,8 @@ class Seen:
         reference: where it should be [m]; None outside the search.
         supervisor: None before the first telemetry. battery_low: the firmware's word.
         silence: time since its last packet [s]. lost: why the link is gone; empty while it is up.
-        velocity: [m/s] by its own estimate. ahead: where it will be [m] at the times :data:`AHEAD`, if known.
+        velocity: [m/s] by its own estimate. ahead: works out where it will be [m] at the times
+            :data:`AHEAD`, as far as that is known; asked only for those who are near somebody.
         tilt: from the vertical [rad]. voltage: of its battery [V]. NaN if unknown.
     """
 
@@ -104,7 +109,7 @@ class Seen:
     silence: float
     lost: str
     velocity: Vec3 = (0.0, 0.0, 0.0)
-    ahead: tuple[Vec3, ...] = ()
+    ahead: Callable[[], tuple[Vec3, ...]] = tuple
     tilt: float = math.nan
     voltage: float = math.nan
 
@@ -229,7 +234,9 @@ def _separation(limits: Limits, a: Seen, b: Seen) -> list[Finding]:
         return []
     distance, when = math.dist(a.position, b.position), "apart"
     least = SEPARATION_SHARE * limits.separation
-    for t, p, q in zip(AHEAD, a.ahead, b.ahead, strict=False):
+    if distance >= limits.separation + limits.closing * AHEAD[-1]:
+        return []
+    for t, p, q in zip(AHEAD, a.ahead(), b.ahead(), strict=False):
         if distance >= least and (predicted := math.dist(p, q)) < least:
             distance, when = predicted, f"apart in {t:.1f} s"
     if distance >= limits.separation - SEPARATION_SLACK:

@@ -105,12 +105,21 @@ def test_trajectories_that_are_followed_are_never_predicted_to_meet():
 
 def test_who_is_about_to_be_too_near_is_found_before():
     near = dataclasses.replace(OTHER, position=(1.4, 1.0, 0.6), reference=None)
-    towards = dataclasses.replace(near, ahead=((1.3, 1.0, 0.6), (1.15, 1.0, 0.6)))
-    still = dataclasses.replace(FINE, ahead=((1.0, 1.0, 0.6), (1.0, 1.0, 0.6)))
+    towards = dataclasses.replace(near, ahead=lambda: ((1.3, 1.0, 0.6), (1.15, 1.0, 0.6)))
+    still = dataclasses.replace(FINE, ahead=lambda: ((1.0, 1.0, 0.6), (1.0, 1.0, 0.6)))
     assert look(still, near) == []
     (finding,) = inspect(LIMITS, [still, towards])
     assert (finding.kind, finding.level) == ("separation", "abort")
     assert finding.text.startswith("0.15 m apart in 0.4 s")
+
+
+def test_nobody_far_from_everybody_is_asked_where_he_will_be():
+    def never():
+        pytest.fail("asked")
+
+    far = dataclasses.replace(OTHER, position=(1.0, 1.0 + 0.3 + LIMITS.closing * AHEAD[-1], 0.6), reference=None)
+    asked = [dataclasses.replace(drone, ahead=never) for drone in (FINE, far)]
+    assert inspect(dataclasses.replace(LIMITS, upper=(9.0, 9.0, 9.0)), asked) == []
 
 
 def test_tilt_is_the_angle_between_the_verticals():
