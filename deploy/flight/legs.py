@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from deploy.errors import CommandRefused, DeployError, FlightAborted, LinkError, UploadError
 from deploy.flight.loop import RETRY, TICK, Flight
+from deploy.flight.timing import heard
 from deploy.radio import highlevel
 from deploy.radio.drone import Drone
 from deploy.radio.memory import TRAJECTORY
@@ -28,7 +29,6 @@ from planner.trajectory.timeline import Timeline
 
 _TRIES = 6  # how often an unanswered packet of an upload is sent
 _ANSWERED_WITHIN = 0.1  # s; after that the drone's telemetry has to say whether it heard the start
-_PROMPT = 0.05  # s; an answer that took longer says little about when the command arrived
 
 
 class Talk:
@@ -179,13 +179,11 @@ class Chain:
             self.drone.forget(reply)
             if not flies:
                 raise CommandRefused(f"{which}: no answer" + (", and the drone holds" if flies is False else ""))
-            return self._begin(number, reply.sent + self._latency)
+            return self._begin(number, heard(reply, self._latency))
         code = highlevel.return_code(reply.payload)
         if code:
             raise CommandRefused(f"{which}: {highlevel.meaning(code)}")
-        arrived = reply.arrived if reply.arrived is not None else now
-        prompt = arrived - reply.sent <= _PROMPT
-        return self._begin(number, 0.5 * (reply.sent + arrived) if prompt else reply.sent + self._latency)
+        return self._begin(number, heard(reply, self._latency))
 
     def _begin(self, number: int, t: float) -> float:
         """A leg began at t; returns how late that was [s]."""

@@ -12,6 +12,7 @@ from deploy.flight.legs import Chains
 from deploy.flight.loop import RETRY, Flight, Vec3
 from deploy.flight.passages import fly, require
 from deploy.flight.reactions import Reaction
+from deploy.flight.timing import heard
 from deploy.flight.watch import SEPARATION_SLACK
 from deploy.phases import TABLE, Phase
 from deploy.radio import highlevel
@@ -56,8 +57,9 @@ def start_together(flight: Flight) -> None:
         flight.timing.answered(name, reply)
     codes = {n: highlevel.return_code(r.payload) if r.here else None for n, r in replies.items() if n not in moving}
     require(flight, "trajectory start", codes)
-    instants = {n: 0.5 * (r.sent + r.arrived) for n, r in replies.items() if r.arrived is not None}
-    _begin(flight, instants or {name: reply.sent for name, reply in replies.items()})
+    latency = flight.plan.mission.radio.latency
+    answered = {name: heard(reply, latency) for name, reply in replies.items() if reply.arrived is not None}
+    _begin(flight, answered or {name: reply.sent for name, reply in replies.items()})
     flight.journal.event(
         flight.search.start, Phase.ON_MISSION, "mission_start", "all trajectories started", value=flight.search.skew
     )

@@ -23,6 +23,14 @@ class Latency:
         return f"{self.count} commands answered, {self.median * 1000:.1f} ms median, {self.largest * 1000:.1f} ms most"
 
 
+def heard(reply: Reply, latency: float) -> float:
+    """When a command reached the drone [s]: at once but for the radio's latency, at the latest half way to its answer.
+
+    Half way alone would be too late: answers queue behind telemetry, commands wait for nobody.
+    """
+    return reply.sent + (latency if reply.arrived is None else min(latency, 0.5 * (reply.arrived - reply.sent)))
+
+
 class Timing:
     """Collects the delays of a flight.
 
