@@ -140,22 +140,21 @@ def arm(flight: Flight) -> dict[str, str]:
     for drone in flight.fleet.values():
         if drone.connected and drone.status is not None and not drone.status.supervisor.arms_itself:
             drone.request_arming(True)
-    allowance = TABLE[Phase.UPLOADED].allowance
+    asked, allowance = flight.clock.now(), TABLE[Phase.UPLOADED].allowance
 
     def waiting() -> list[str]:
+        # A word from before says nothing: who was restarted since has forgotten telemetry and trajectory alike.
         return [
             name
             for name, drone in flight.fleet.items()
-            if not (drone.connected and drone.status and drone.status.supervisor.ready)
+            if not (drone.connected and drone.status and drone.status.t > asked and drone.status.supervisor.ready)
         ]
 
-    asked = flight.clock.now()
-    flight.wait_until(lambda: all(d.status and d.status.t > asked for d in flight.fleet.values() if d.connected), 1.0)
     flight.wait_until(lambda: not waiting(), allowance)
     reasons = {}
     for name in waiting():
         drone = flight.fleet[name]
-        state = drone.status.supervisor if drone.status else "unknown"
+        state = drone.status.supervisor if drone.status and drone.status.t > asked else "nothing heard of it"
         reasons[name] = drone.link.lost or f"not ready to fly within {allowance:.0f} s: {state}"
     return reasons
 

@@ -172,6 +172,25 @@ def test_a_link_lost_while_the_filters_settle_is_opened_again(bench, monkeypatch
     assert any("link lost: Too many packets lost; again in 1 s" in warning for warning in outcome.warnings)
 
 
+def test_a_drone_that_restarts_after_the_upload_does_not_take_off_without_its_trajectory(bench, monkeypatch):
+    honest, stages = ground.arm, []
+
+    def arm(flight):
+        stages[0].swarm.drones["cf1"].reboot()
+        return honest(flight)
+
+    monkeypatch.setattr(ground, "arm", arm)
+
+    def fly_and_tell(ready, *args, **kwargs):
+        stages.append(ready)
+        return fly_on(ready, *args, **kwargs)
+
+    outcome, _, truth = bench(STRICT, act=fly_and_tell)
+    assert isinstance(outcome, FlightAborted)
+    assert "cf1: " in str(outcome)
+    assert nobody_moved(truth)
+
+
 @pytest.mark.parametrize(("plan", "flies"), [(STRICT, False), (LENIENT, True)])
 def test_a_link_lost_after_the_upload_keeps_that_one_on_the_ground(bench, monkeypatch, plan, flies):
     honest, stages = ground.arm, []
