@@ -19,6 +19,7 @@ HOST = "127.0.0.1"
 WORDS: tuple[Word, ...] = get_args(Word)
 _PREFIX = "ergoflie "
 _LONGEST = 64  # bytes of a line
+_MOST = 4096  # bytes of whatever follows a line that is too long
 _PATIENCE = 2.0  # s for a line, and for an answer
 _POLL = 0.2  # s
 
@@ -85,6 +86,8 @@ def _serve(server: socket.socket, listener: Listener, over: threading.Event) -> 
             link.settimeout(_PATIENCE)
             try:
                 link.sendall(_hear(_line(link), listener).encode())
+                link.shutdown(socket.SHUT_WR)
+                link.recv(_MOST)  # closing on what was not read would take the answer back
             except OSError:
                 continue  # whoever it was is gone; what was understood counts
 
