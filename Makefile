@@ -10,7 +10,7 @@ demo: $(VENV)/.runtime
 	$(BIN)/ergoflie dry-run missions/imec_four_drones.yaml -o out/demo
 
 test: lint
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto --dist worksteal
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
