@@ -54,6 +54,11 @@ def clearances(mission: Mission, margins: Margins, *, rough: bool = False) -> tu
     )
 
 
+def looks_between(constraints: Iterable[Constraint]) -> bool:
+    """Whether robots or circles are looked at between samples, too."""
+    return any(c.when is When.ALWAYS for c in constraints if isinstance(c, Separation | Obstacles))
+
+
 def envelope(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
     """Workspace, speed and acceleration of every robot."""
     dt, names = mission.horizon.dt, _names(mission)

@@ -15,7 +15,7 @@ import numpy as np
 from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
-from planner.clearances import clearances, envelope
+from planner.clearances import clearances, envelope, looks_between
 from planner.coarser import coarser
 from planner.connections import connections
 from planner.constraints.base import Constraint
@@ -38,8 +38,8 @@ class Problem:
             a mission asks for P only, and pairs that truly meet are what P is meant to bring about.
         control_weight: R. ergodic_weight: r_E.
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
-        coarse: the same problem with longer steps, looked at less closely, to begin the search with; None if there is
-            none.
+        coarse: the same problem with longer steps if the search allows, looked at less closely, to begin the search
+            with; None if that would be no cheaper.
         modes: of controls, at most; None: as many as the solver takes.
     """
 
@@ -68,13 +68,20 @@ def build_problem(
     Args:
         mission: what is asked for.
         margins: how much more is planned.
-        coarse: whether to add the same problem on a coarse time grid.
+        coarse: whether to add the same problem as a search begins with it.
         modes: of controls, at most; None: as many as the solver takes.
     """
     margins = Margins() if margins is None else margins
-    half = coarser(mission) if coarse else None
     problem = _problem(mission, margins)
-    return replace(problem, coarse=None if half is None else _problem(half, margins, rough=True), modes=modes)
+    return replace(problem, coarse=_coarse(mission, margins, problem) if coarse else None, modes=modes)
+
+
+def _coarse(mission: Mission, margins: Margins, problem: Problem) -> Problem | None:
+    """With steps twice as long, or where they are too long for that with a look at samples only."""
+    half = coarser(mission)
+    if half is None and not looks_between(problem.constraints):
+        return None
+    return _problem(half or mission, margins, rough=True)
 
 
 def _problem(mission: Mission, margins: Margins, *, rough: bool = False) -> Problem:

@@ -36,7 +36,7 @@ class Schedule:
     Attributes:
         penalty: μ of the first round. growth: factor a round of searches that are compared. largest: μ stays below.
         lingering, calm: factor a round of a search on its own while E changes by at least ``steep`` a round
-            (relative), and while it does not. hurrying: once E is negligible, or after ``unhurried`` rounds.
+            (relative), and while it does not. hurrying: after ``unhurried`` rounds. rushing: once E is negligible.
         iterations: of L-BFGS a round. rounds: at most. memory: of L-BFGS.
         settled: relative change of E over ``window`` rounds below which it counts as settled.
         negligible: E that is low enough: a flight's tracking error of a centimetre moves E by far more.
@@ -49,6 +49,7 @@ class Schedule:
     lingering: float = 1.02
     calm: float = 1.05
     hurrying: float = 1.1
+    rushing: float = 1.3
     steep: float = 0.02
     unhurried: int = 120
     largest: float = 1e4
@@ -63,7 +64,7 @@ class Schedule:
     @property
     def steady(self) -> Schedule:
         """The same with a penalty that grows alike for all, so that searches can be compared after as many rounds."""
-        return replace(self, lingering=self.growth, calm=self.growth, hurrying=self.growth)
+        return replace(self, lingering=self.growth, calm=self.growth, hurrying=self.growth, rushing=self.growth)
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,9 @@ def step(
 
 def pace(state: State, E: float, schedule: Schedule) -> float:
     """By what the penalty grows after a round that brought ``E``: little while E changes much."""
-    if schedule.negligible >= E or state.round >= schedule.unhurried:
+    if schedule.negligible >= E:
+        return schedule.rushing
+    if state.round >= schedule.unhurried:
         return schedule.hurrying
     steep = not state.recent or abs(math.log(E / state.recent[-1])) >= schedule.steep
     return schedule.lingering if steep else schedule.calm

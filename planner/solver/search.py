@@ -1,7 +1,7 @@
 """One search: its clock, its best motion, its history.
 
-Random starts race on a coarse time grid, the better half goes on after every heat, and the winner is refined on the
-problem's own grid.
+Random starts race on a coarse time grid, or where that has steps as long looking at samples only; the better half goes
+on after every heat, and the winner is refined on the problem's own grid.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ MANY, FEW = 48, 8  # starts by default, with a coarse grid to race on and withou
 LANES = 12  # starts that share evaluations at most
 REPAIR_SECONDS = 2.0  # wall time a search that was cut short may take to make its most promising motion feasible
 REPAIR_PENALTY, REPAIR_GROWTH = 30.0, 1.3  # stiff from the start: what counts is to meet the limits, soon
+REST_PENALTY = 1.0  # μ of a search from rest: softer ones tear the swarm apart, stiffer ones leave it where it is
 RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
 
 
@@ -80,7 +81,8 @@ class Search:
         self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
         self.lagrangian = self.formulate(self.problem)
         self.stack: Stack | None = None
-        self.spent = 0  # evaluations on the coarse grid
+        self.rng = np.random.default_rng([self.settings.seed, self.stream])
+        self.spent = 0  # evaluations by other formulations: on the coarse grid, or before the search began afresh
 
     @staticmethod
     def formulate(problem: Problem) -> Lagrangian:
@@ -103,9 +105,36 @@ class Search:
         while self.keep_going() and not self.ripe(state):
             state = al.step(coarse, state, self.schedule, memory, self.keep_going)
             self.tell(state, f"coarse round {state.round}")
-        self.spent = coarse.evaluations
+        self.spent += coarse.evaluations
         self.lagrangian = self.formulate(self.problem)
         return Runner(self.refined(state, coarse), Memory(self.schedule.memory))
+
+    def afresh(self) -> None:
+        """Forget what the search has been working with, but not the best it found."""
+        self.spent, self.stack = self.evaluations, None
+        self.lagrangian = self.formulate(self.problem)
+
+    def at_rest(self) -> Runner | None:
+        """Robots that stay where they start, if they may: who has to stay together for ever is better off so.
+
+        Random first guesses tear such swarms apart, and they do not find back through one another.
+        """
+        self.afresh()
+        lagrangian, schedule = self.lagrangian, replace(self.schedule, penalty=REST_PENALTY)
+        z = lagrangian.modes.variables(np.zeros(self.problem.dynamics.controls_shape)).ravel()
+        lagrangian.adapt(lagrangian.motion(z))
+        state = al.init(lagrangian, z, schedule)
+        violation, preference = al.misses(lagrangian, lagrangian.at(z))
+        if violation > METRE_TOLERANCE:
+            return None
+        state = replace(state, violation=violation, preference=preference)
+        self.record(state, "at rest")
+        return Runner(state, Memory(schedule.memory))
+
+    def again(self) -> Runner:
+        """The winner of another race, with other starts."""
+        self.afresh()
+        return self.cold()
 
     def ripe(self, state: al.State) -> bool:
         """Whether the coarse grid has said what it can."""
@@ -123,20 +152,19 @@ class Search:
 
     def race(self) -> Runner:
         """The best of random starts: after every heat, the better ones go on."""
-        rng = np.random.default_rng([self.settings.seed, self.stream])
-        cheap = self.problem.coarse is not None
+        cheap = self.lagrangian.problem.steps < self.problem.steps
         field, heats = self.settings.starts or (MANY if cheap else FEW), COARSE_HEATS if cheap else HEATS
-        runners = [self.start(rng) for _ in range(field)]
+        runners = [self.start() for _ in range(field)]
         for share, rounds in heats:
             runners = sorted(runners, key=lambda runner: runner.merit)[: max(1, round(share * field))]
             if len(runners) > 1 and self.keep_going():
                 runners = self.heat(runners, rounds)
         return min(runners, key=lambda runner: runner.merit)
 
-    def start(self, rng: np.random.Generator) -> Runner:
+    def start(self) -> Runner:
         """A random first guess."""
         modes, (_, robots, nu) = self.lagrangian.modes, self.lagrangian.problem.dynamics.controls_shape
-        z = START_SPREAD * rng.standard_normal(modes.S.shape[1] * robots * nu)
+        z = START_SPREAD * self.rng.standard_normal(modes.S.shape[1] * robots * nu)
         return Runner(al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory))
 
     def heat(self, runners: list[Runner], rounds: int) -> list[Runner]:
@@ -284,19 +312,32 @@ class Search:
 
 
 def search_cold(search: Search) -> SolveOutcome:
-    """A search from random starts, to its end."""
-    return _to_the_end(search, search.cold())
+    """A search from random starts, to its end; once more if it ends without a plan while there may be one."""
+    last = _settled(search, search.cold())
+    if not search.feasible and search.keep_going():
+        rest = search.at_rest()
+        if rest is not None:
+            last = _settled(search, rest)
+        elif not al.hopeless(last, search.schedule):
+            last = _settled(search, search.again())
+    return _ended(search, last)
 
 
 def search_warm(search: Search, initial: Plan) -> SolveOutcome:
     """A search from a plan given, to its end."""
-    return _to_the_end(search, search.warm(initial))
+    return _ended(search, _settled(search, search.warm(initial)))
 
 
-def _to_the_end(search: Search, runner: Runner) -> SolveOutcome:
+def _settled(search: Search, runner: Runner) -> al.State:
+    """Rounds until done, without preferences if they are in the way."""
     last = search.rounds(runner)
     if search.problem.preferences and not search.feasible and search.keep_going():
         last = search.rounds(search.without_preferences(runner.state))
+    return last
+
+
+def _ended(search: Search, last: al.State) -> SolveOutcome:
+    """The outcome, after a last push if there is no plan and no time."""
     if not search.feasible and not search.keep_going():
         last = search.repair(search.best.state if search.best is not None else last)
     return search.finish(last)

@@ -4,8 +4,11 @@ import math
 import numpy as np
 import pytest
 
+from missions.connectivity import AllTimeConnectivity
 from missions.schema import CircleObstacle, Horizon, ProbabilisticConnectivity, SolverSettings
 from planner.coarser import coarser
+from planner.constraints.paths import When
+from planner.constraints.separation import Separation
 from planner.errors import NoFeasiblePlan
 from planner.indicators import indicators
 from planner.problem import Margins, build_problem
@@ -15,7 +18,7 @@ from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lbfgs import Memory, Point, answered, line_search, minimise
 from planner.solver.result import SolveStatus
 from planner.solver.solve import solve
-from tests.planner.problems import box, imec, robots, small
+from tests.planner.problems import box, imec, robots, scaling, small
 
 SETTINGS = SolverSettings(time_limit=120.0, starts=1)
 CONNECTED = ProbabilisticConnectivity(range=0.5, sub_periods=2, threshold=0.25)
@@ -221,7 +224,7 @@ class TestNoPlan:
         monkeypatch.setattr(search, "REPAIR_SECONDS", 0.1)
         problem = build_problem(small(CONNECTED))
         tested = search.Search(problem, SETTINGS, Schedule())
-        before = tested.start(np.random.default_rng(0)).state
+        before = tested.start().state
         tested.without_preferences(before)
         after = tested.repair(before)
         assert len(after.multipliers) == len(problem.constraints) < len(before.multipliers)
@@ -267,12 +270,49 @@ class TestPace:
 
     def test_the_penalty_hurries_once_the_ergodicity_no_longer_matters_or_takes_too_long(self):
         schedule = Schedule()
-        assert pace(self.state(1e-6), 1e-7, schedule) == schedule.hurrying
+        assert pace(self.state(1e-6), 1e-7, schedule) == schedule.rushing
         assert pace(self.state(1e-2, schedule.unhurried), 0.5e-2, schedule) == schedule.hurrying
+
+    def test_long_steps_are_searched_by_samples_first(self):
+        problem = build_problem(scaling(3))
+        assert problem.coarse.steps == problem.steps
+        whens = [[c.when for c in p.constraints if isinstance(c, Separation)] for p in (problem, problem.coarse)]
+        assert whens == [[When.ALWAYS], [When.SAMPLES]]
 
     def test_searches_that_are_compared_keep_one_pace(self):
         schedule = Schedule().steady
         assert pace(self.state(1e-2), 0.5e-2, schedule) == pace(self.state(1e-2), 1e-2, schedule) == schedule.growth
+
+
+class TestAfterASearchWithoutAPlan:
+    def test_a_swarm_that_may_never_part_is_searched_from_rest(self):
+        """Four in a square within range of one another: random first guesses leave no way back into it."""
+        square = robots((-0.6, -0.8), (-0.295, -0.8), (-0.6, -0.495), (-0.295, -0.495))
+        mission = small(AllTimeConnectivity(range=0.5), robots=square)
+        problem = build_problem(mission)
+        outcome = solve(problem, mission.solver)
+        assert outcome.plan.violation <= 1e-3
+        still = problem.metric.value(np.repeat(problem.dynamics.start[None], problem.steps, axis=0))
+        assert outcome.plan.ergodicity < 0.1 * still
+        assert "at rest" in {entry.phase for entry in outcome.history}
+
+    def test_a_near_miss_is_worth_another_race(self, monkeypatch):
+        """The first race's winner gets no time to become feasible; the rest of the search does."""
+        mission = small(solver=SETTINGS)
+        rounds, calls = search.Search.rounds, []
+
+        def cut_short(self, runner):
+            calls.append(runner.state.z)
+            return runner.state if len(calls) == 1 else rounds(self, runner)
+
+        monkeypatch.setattr(search.Search, "rounds", cut_short)
+        monkeypatch.setattr(search.Search, "at_rest", lambda self: self.afresh())
+        outcome = solve(build_problem(mission), mission.solver)
+        assert outcome.status.feasible
+        assert len(calls) == 2
+        assert not np.array_equal(*calls)
+        counted = [entry.evaluations for entry in outcome.history]
+        assert counted == sorted(counted)
 
 
 class TestCoarseGrid:
