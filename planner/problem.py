@@ -38,8 +38,8 @@ class Problem:
             a mission asks for P only, and pairs that truly meet are what P is meant to bring about.
         control_weight: R. ergodic_weight: r_E.
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
-        coarse: the same problem with longer steps if the search allows, looked at less closely, to begin the search
-            with; None if that would be no cheaper.
+        coarse: the same problem with longer steps, or if those are too long looked at less closely, to begin the
+            search with; None if that would be no cheaper.
         modes: of controls, at most; None: as many as the solver takes.
     """
 
@@ -81,7 +81,9 @@ def _coarse(mission: Mission, margins: Margins, problem: Problem) -> Problem | N
     half = coarser(mission)
     if half is None and not looks_between(problem.constraints):
         return None
-    return _problem(half or mission, margins, rough=True)
+    if half is None:
+        return _problem(mission, margins, rough=True)
+    return _problem(half, margins)  # exactly: between samples that are twice as far apart robots slip past each other
 
 
 def _problem(mission: Mission, margins: Margins, *, rough: bool = False) -> Problem:
