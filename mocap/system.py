@@ -48,6 +48,7 @@ class SystemMocap:
         self._frame_timeout = frame_timeout
         self._number = 0
         self._error: MocapError | None = None
+        self._ending = ""  # what the child said last, if it has ended
         context = multiprocessing.get_context("spawn")  # a fork would inherit cflib's threads' locks
         self._pipe, theirs = context.Pipe(duplex=False)
         self._child = context.Process(
@@ -68,15 +69,16 @@ class SystemMocap:
             raise self._error
         frames: list[MocapFrame] = []
         try:
-            while self._pipe.poll():
+            while not self._ending and self._pipe.poll():
                 kind, *what = self._pipe.recv()
                 if kind == "frame":
                     frames.append(self._frame(*what))
-                elif not frames:
-                    raise self._give_up(MocapLost(f"{self._name}: {what[0]}"))
+                else:
+                    self._ending = str(what[0])
         except (EOFError, OSError):
-            if not frames:  # what did arrive comes first, the bad news with the next call
-                raise self._give_up(MocapLost(f"{self._name}: the connection's process ended")) from None
+            self._ending = "the connection's process ended"
+        if self._ending and not frames:  # what did arrive comes first, the bad news with the next call
+            raise self._give_up(MocapLost(f"{self._name}: {self._ending}"))
         if frames:
             self._heard = time.monotonic()
         elif (silence := time.monotonic() - self._heard) > self._frame_timeout:
