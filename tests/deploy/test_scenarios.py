@@ -186,8 +186,11 @@ def test_an_outlier_shows_in_the_log_and_nobody_lands(flown):
     assert outcome.completed, outcome
     begun, over = (event.t for event in happened(log, "scenario"))
     assert over - begun == pytest.approx(0.03, abs=0.011)
-    assert outcome.largest_error["cf1"] == pytest.approx(0.5, abs=0.05)
-    assert outcome.largest_error["cf2"] < 0.05
+    # In the log, for sure: whether the watch, twenty times a second, sees it is a matter of phase.
+    seen = {name: log.series[f"/{name}/pose"]["position"][:, 0] for name in ("cf1", "cf2")}
+    jumps = {name: np.abs(np.diff(x)).max() for name, x in seen.items()}
+    assert jumps["cf1"] == pytest.approx(0.5, abs=0.05)
+    assert jumps["cf2"] < 0.05
 
 
 def test_a_slow_link_shows_in_the_latency_and_commands_are_repeated(flown):
