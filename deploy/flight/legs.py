@@ -167,7 +167,7 @@ class Chain:
         status = self.drone.status
         if status is None or status.t < self.due(number) + SEEN_AFTER:
             return None
-        return status.supervisor.planner_active and not status.supervisor.trajectory_finished
+        return status.supervisor.manoeuvring
 
     def _follow_start(self, reply: Reply, now: float) -> float | None:
         number = self.flying + 1

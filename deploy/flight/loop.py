@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import queue
-import threading
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from deploy.aside import Aside
 from deploy.clock import Clock
 from deploy.flight.journal import Journal, Level
 from deploy.flight.poses import Poses
@@ -190,26 +189,12 @@ class Flight:
         Raises:
             Whatever the work or a tick raises; after an error of a tick nobody waits for the work.
         """
-        done: queue.SimpleQueue[tuple[T | None, BaseException | None]] = queue.SimpleQueue()
-        holding = threading.Event()
-
-        def run() -> None:
-            with self.clock.hold():
-                holding.set()
-                try:
-                    done.put((work(), None))
-                except BaseException as error:  # noqa: BLE001 - raised again in the flight's own thread
-                    done.put((None, error))
-
-        threading.Thread(target=run, name="aside", daemon=True).start()
-        holding.wait()
+        aside = Aside(work, self.clock, "aside")
+        aside.start()
         while True:
             self.tick()
-            if not done.empty():
-                result, error = done.get()
-                if error is not None:
-                    raise error
-                return result  # type: ignore[return-value]
+            if aside.done:
+                return aside.outcome()
 
     # ------------------------------------------------------------------------------------------------ who is where
 
@@ -368,7 +353,7 @@ class Flight:
             return None
         policies = [policy_for(self.plan.mission.safety, finding.kind) for finding in due]
         strong = strongest(policies)
-        about = [f.robot for f, policy in zip(due, policies, strict=True) if policy == strong]
+        about = [name for f, policy in zip(due, policies, strict=True) if policy == strong for name in f.robots]
         text = "; ".join(f"{finding.robot}: {finding.text}" for finding in due)
         return Reaction(text, strong, about, since=min(map(self._watch.since, due)))
 

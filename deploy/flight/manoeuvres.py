@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 
 import numpy as np
 
@@ -20,8 +20,12 @@ from deploy.radio.requests import Reply
 from deploy.radio.supervisor import Supervisor
 from deploy.upload import trajectory_id
 from missions import fleet
+from missions.schema import Mission
 from planner.transfer.descent import clear_descents, ways_home
 from planner.transfer.errors import TransferError
+from planner.transfers import Passage
+
+Planner = Callable[[Mission, Mapping[str, Vec3], Collection[str]], Passage]
 
 GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
 OFF_THE_GROUND = 0.10  # m above the pad
@@ -126,9 +130,7 @@ def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
 
 def stop_motors(flight: Flight) -> None:
     """The operator's second word: motors off, in whatever height."""
-    for _ in range(3):  # nobody answers this packet
-        for drone in flight.fleet.values():
-            drone.emergency_stop()
+    _cut_motors(flight, flight.fleet)
     flight.watching = False
     flight.enter(Phase.EMERGENCY)
     flight.event("emergency", "the operator stopped the motors", level="fault")
@@ -148,7 +150,7 @@ def _chase(flight: Flight, silent: list[str], replies: dict[str, Reply]) -> list
     asked = {name: flight.fleet[name].request_supervisor() for name in silent}
     flight.wait_until(lambda: all(reply.here for reply in asked.values()), RETRY)
     words = {n: Supervisor(int.from_bytes(r.payload[1:3], "little")) for n, r in asked.items() if r.here}
-    moving = [name for name, word in words.items() if word.planner_active and not word.trajectory_finished]
+    moving = [name for name, word in words.items() if word.manoeuvring]
     for name in silent:
         late = flight.clock.now() - replies[name].sent
         if name in moving:
@@ -204,11 +206,17 @@ def _brake(flight: Flight, names: Iterable[str], searching: bool, since: float) 
 
 
 def _drop(flight: Flight, names: Iterable[str]) -> None:
-    """Stop the motors of these; names of pairs stand for both."""
-    for name in {part for about in names for part in about.split("–") if part in flight.fleet}:
-        for _ in range(3):  # nobody answers this packet
-            flight.fleet[name].emergency_stop()
+    """Stop the motors of these."""
+    names = dict.fromkeys(names)
+    _cut_motors(flight, names)
+    for name in names:
         flight.event("emergency", "motors stopped by the mission's policy", robot=name, level="fault")
+
+
+def _cut_motors(flight: Flight, names: Iterable[str]) -> None:
+    for _ in range(3):  # nobody answers this packet
+        for name in names:
+            flight.fleet[name].emergency_stop()
 
 
 def _hold(flight: Flight) -> Reaction:
@@ -230,10 +238,8 @@ def _hold(flight: Flight) -> Reaction:
 
 def _over_the_pads(flight: Flight, names: Collection[str]) -> bool:
     """Everybody to over his pad, along ways planned from where all are now; False if there are none."""
-    positions = {name: position for name in flight.fleet if (position := flight.position(name)) is not None}
-    able = [name for name in names if name in positions]
     try:
-        passage = flight.aside(lambda: ways_home(flight.plan.mission, positions, able))
+        passage = _planned(flight, ways_home, names)
     except TransferError as error:
         flight.event("return", f"nobody flies back: {error}", level="warning")
         return False
@@ -247,10 +253,8 @@ def _over_the_pads(flight: Flight, names: Collection[str]) -> bool:
 
 def _step_aside(flight: Flight, names: Collection[str]) -> None:
     """Everybody who has an obstacle or another drone below to where they can land, if there is such a place."""
-    positions = {name: position for name in flight.fleet if (position := flight.position(name)) is not None}
-    able = [name for name in names if name in positions]
     try:
-        passage = flight.aside(lambda: clear_descents(flight.plan.mission, positions, able))
+        passage = _planned(flight, clear_descents, names)
     except TransferError as error:
         flight.event("step_aside", str(error), level="warning")
         return
@@ -259,6 +263,13 @@ def _step_aside(flight: Flight, names: Collection[str]) -> None:
         if refused := fly(flight, passage):
             flight.event("step_aside", refused, level="warning")
         flight.wait(_CALM)
+
+
+def _planned(flight: Flight, planner: Planner, names: Collection[str]) -> Passage:
+    """Ways of these, as far as it is known where they are, from where everybody is. Raises TransferError."""
+    positions = {name: position for name in flight.fleet if (position := flight.position(name)) is not None}
+    able = [name for name in names if name in positions]
+    return flight.aside(lambda: planner(flight.plan.mission, positions, able))
 
 
 def _motion(flight: Flight, name: str, searching: bool) -> tuple[Vec3, Vec3, float]:

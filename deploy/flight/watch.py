@@ -116,14 +116,19 @@ class Seen:
 
 @dataclass(frozen=True)
 class Finding:
-    """A condition that holds."""
+    """A condition that holds, about one robot or a pair."""
 
     name: str
-    robot: str
+    robots: tuple[str, ...]
     level: Literal["warning", "abort"]
     text: str
     value: float
     patience: float = 0.0
+
+    @property
+    def robot(self) -> str:
+        """Whom it is about, for people: ``a`` or ``a–b``."""
+        return "–".join(self.robots)
 
     @property
     def kind(self) -> str:
@@ -146,7 +151,7 @@ def inspect(limits: Limits, drones: Sequence[Seen]) -> list[Finding]:
 
 def _link(drone: Seen) -> list[Finding]:
     why = drone.lost or f"silent for {drone.silence:.1f} s"
-    return [Finding("link", drone.robot, "abort", f"link lost: {why}", drone.silence)]
+    return [Finding("link", (drone.robot,), "abort", f"link lost: {why}", drone.silence)]
 
 
 def tilt(roll: float, pitch: float) -> float:
@@ -172,7 +177,7 @@ def ahead(position: Vec3, velocity: Vec3, now: Vec3, drift: Vec3, later: Sequenc
 def _quiet(drone: Seen) -> list[Finding]:
     if drone.silence <= QUIET:
         return []
-    return [Finding("link warning", drone.robot, "warning", f"silent for {drone.silence:.1f} s", drone.silence)]
+    return [Finding("link warning", (drone.robot,), "warning", f"silent for {drone.silence:.1f} s", drone.silence)]
 
 
 def _body(limits: Limits, drone: Seen) -> list[Finding]:
@@ -180,40 +185,40 @@ def _body(limits: Limits, drone: Seen) -> list[Finding]:
     word = drone.supervisor
     if word is not None and (word.fault or not word.can_fly):
         text = f"supervisor: {word.fault or 'the drone can no longer fly'}"
-        found.append(Finding("supervisor", drone.robot, "abort", text, float(word.bits), 0.2))
+        found.append(Finding("supervisor", (drone.robot,), "abort", text, float(word.bits), 0.2))
     if drone.battery_low:
-        found.append(Finding("battery", drone.robot, "abort", "battery low", math.nan))
+        found.append(Finding("battery", (drone.robot,), "abort", "battery low", math.nan))
     elif drone.voltage < limits.voltage + LOW_BATTERY:
         level: Literal["warning", "abort"] = "abort" if drone.voltage < limits.voltage else "warning"
         text = f"battery at {drone.voltage:.2f} V; allowed {limits.voltage:.2f} V"
-        found.append(Finding(f"battery {level}", drone.robot, level, text, drone.voltage, 2.0))
+        found.append(Finding(f"battery {level}", (drone.robot,), level, text, drone.voltage, 2.0))
     if drone.tilt > TILTED * limits.tilt:
         level = "abort" if drone.tilt > limits.tilt else "warning"
         text = f"tilts by {math.degrees(drone.tilt):.0f}°; allowed {math.degrees(limits.tilt):.0f}°"
-        found.append(Finding(f"tilt {level}", drone.robot, level, text, drone.tilt, 0.1))
+        found.append(Finding(f"tilt {level}", (drone.robot,), level, text, drone.tilt, 0.1))
     return found
 
 
 def _place(limits: Limits, drone: Seen) -> list[Finding]:
-    robot, position = drone.robot, drone.position
+    robots, position = (drone.robot,), drone.position
     found = []
     if position is None or drone.age > POSE_OLD:
         level: Literal["warning", "abort"] = "abort" if position is None or drone.age > POSE_LOST else "warning"
-        found.append(Finding(f"pose {level}", robot, level, f"no pose for {drone.age:.2f} s", drone.age))
+        found.append(Finding(f"pose {level}", robots, level, f"no pose for {drone.age:.2f} s", drone.age))
     if position is None:
         return found
     if not all(lo <= p <= hi for lo, p, hi in zip(limits.lower, position, limits.upper, strict=True)):
         where = ", ".join(f"{p:.2f}" for p in position)
-        found.append(Finding("geofence", robot, "abort", f"outside the geofence at ({where}) m", math.nan, 0.1))
+        found.append(Finding("geofence", robots, "abort", f"outside the geofence at ({where}) m", math.nan, 0.1))
     elif (beyond := _overshoot(limits, position, drone.velocity)) > 0.0:
         text = f"too fast to stop inside the geofence: {beyond:.2f} m beyond"
-        found.append(Finding("geofence", robot, "abort", text, beyond, 0.1))
+        found.append(Finding("geofence", robots, "abort", text, beyond, 0.1))
     if drone.reference is not None:
         error = math.dist(position, drone.reference)
         if error > limits.tracking / 2:
             level = "abort" if error > limits.tracking else "warning"
             text = f"{error:.2f} m from where it should be; allowed {limits.tracking:.2f} m"
-            found.append(Finding(f"tracking {level}", robot, level, text, error, 0.2))
+            found.append(Finding(f"tracking {level}", robots, level, text, error, 0.2))
     return found
 
 
@@ -242,9 +247,8 @@ def _separation(limits: Limits, a: Seen, b: Seen) -> list[Finding]:
     if distance >= limits.separation - SEPARATION_SLACK:
         return []
     level: Literal["warning", "abort"] = "abort" if distance < least else "warning"
-    pair = f"{a.robot}–{b.robot}"
     text = f"{distance:.2f} m {when}; the mission asks for {limits.separation:.2f} m"
-    return [Finding(f"separation {level}", pair, level, text, distance, 0.1)]
+    return [Finding(f"separation {level}", (a.robot, b.robot), level, text, distance, 0.1)]
 
 
 class Watch:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
-from typing import Generic, TypeVar
+from typing import TypeVar
 
+from deploy.aside import Aside
 from deploy.clock import Clock
 from deploy.errors import DeployError
 from deploy.radio.drone import Drone
@@ -25,36 +26,6 @@ class FleetError(DeployError):
         self.action, self.errors = action, MappingProxyType(dict(errors))
         lines = "; ".join(str(error) for error in self.errors.values())
         super().__init__(f"{action} failed on {len(self.errors)} of {total} drones: {lines}")
-
-
-class _Work(Generic[T]):
-    """One action running on one drone in a thread that holds the clock."""
-
-    def __init__(self, drone: Drone, action: Callable[[Drone], T], clock: Clock) -> None:
-        self.result: T | None = None
-        self.error: DeployError | None = None
-        self.crash: BaseException | None = None
-        self._drone, self._action, self._clock = drone, action, clock
-        self.done = False
-        self._holding = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"{drone.name}-worker", daemon=True)
-
-    def start(self) -> None:
-        """Return when the thread holds the clock, so that no flight time passes before it has begun."""
-        self._thread.start()
-        self._holding.wait()
-
-    def _run(self) -> None:
-        with self._clock.hold():
-            self._holding.set()
-            try:
-                self.result = self._action(self._drone)
-            except DeployError as error:
-                self.error = error
-            except BaseException as error:  # noqa: BLE001 - raised again in the flight's own thread
-                self.crash = error
-            finally:
-                self.done = True  # before the clock is let go
 
 
 class Fleet(Mapping[str, Drone]):
@@ -109,16 +80,17 @@ class Fleet(Mapping[str, Drone]):
     ) -> tuple[dict[str, T], dict[str, DeployError]]:
         """As :meth:`each`, for callers that can go on without some: results and failures by drone."""
         names = list(self) if among is None else list(among)
-        work = {name: _Work(self[name], action, self._clock) for name in names}
+        work = {name: Aside(partial(action, self[name]), self._clock, f"{name}-worker") for name in names}
         for item in work.values():
             item.start()
         while True:  # at least one tick: a rehearsal's clock then stands until all are done, and so repeats
             tick()
             if all(item.done for item in work.values()):
                 break
-        for item in work.values():
-            if item.crash is not None:
-                raise item.crash
-        errors = {name: item.error for name, item in work.items() if item.error is not None}
-        results = {name: item.result for name, item in work.items() if name not in errors}
-        return results, errors  # type: ignore[return-value]
+        results, errors = {}, {}
+        for name, item in work.items():
+            try:
+                results[name] = item.outcome()
+            except DeployError as error:
+                errors[name] = error
+        return results, errors

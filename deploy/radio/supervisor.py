@@ -79,6 +79,11 @@ class Supervisor:
         return self._bit(9)
 
     @property
+    def manoeuvring(self) -> bool:
+        """The high-level commander steers, and what it flies is not over yet."""
+        return self.planner_active and not self.trajectory_finished
+
+    @property
     def ready(self) -> bool:
         """Armed, able to fly, nothing wrong: on the ground 0x020E."""
         return self.armed and self.can_fly and not self.fault
