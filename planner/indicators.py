@@ -35,7 +35,7 @@ def ergodic_metric(mission: Mission) -> ErgodicMetric:
     return ErgodicMetric(basis, information_coefficients(mission.information, basis))
 
 
-def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
+def indicators(mission: Mission, t: Array, q: Array, contacts: Sequence[Contact] | None = None) -> Indicators:
     """Indicators of sampled positions.
 
     E and P are defined at the planning step: positions are interpolated linearly to t = 0, dt, .., (T−1) dt. Meetings,
@@ -45,6 +45,7 @@ def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
         mission: what was asked for.
         t: (S,) [s] since the start of the search, increasing, from about 0 to about the duration.
         q: (S, N, ≥ν) positions [m]; axes beyond the mission's ν are ignored.
+        contacts: when pairs are within range, if that is known better than the samples say.
 
     Raises:
         ValueError: shapes, order or values that make no motion.
@@ -52,7 +53,8 @@ def indicators(mission: Mission, t: Array, q: Array) -> Indicators:
     t, q = _checked(mission, t, q)
     q_planned = resample(t, q, np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt)
     within, distance = _within(mission, q)
-    contacts = sampled_contacts(t, within, all_pairs(len(mission.robots)))
+    if contacts is None:
+        contacts = sampled_contacts(t, within, all_pairs(len(mission.robots)))
     pairs = _pair_connections(mission, t, q_planned, within, distance, contacts)
     arrivals, by_period = arrival_tables(len(mission.robots), contacts, sub_period_times(mission))
     has_range = mission.connectivity.range is not None

@@ -10,10 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from missions import fleet
-from missions.arrays import Array
 from missions.schema import Mission
 from planner.certificate import motion, places
 from planner.certificate.airframe import airframe_checks
@@ -23,11 +20,10 @@ from planner.certificate.errors import CertificateError
 from planner.certificate.firmware import firmware_checks
 from planner.certificate.memory import decoded, memory_checks
 from planner.certificate.radio import radio_checks
-from planner.certificate.record import Certificate, Check, Indicators
+from planner.certificate.record import Certificate, Check
 from planner.certificate.separation import closest_approaches
 from planner.certificate.switching import switching_checks
 from planner.certificate.transitions import transition_checks
-from planner.indicators import indicators
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.transfers import Transfers
@@ -60,16 +56,18 @@ def certify(
         raise CertificateError(f"trajectories of {sorted(trajectories)}; the mission flies {sorted(names)}")
     flown = {name: decoded(name, trajectories[name]) for name in names}
     periods = period_boundaries(mission)
-    approaches = closest_approaches(list(flown.values()), periods)
-    evidence = gather(mission, list(flown.values()), approaches, _sampled(mission, flown))
+    paths = list(flown.values())
+    approaches = closest_approaches(paths, periods)
+    apart = places.with_downwash(mission, paths, approaches)
+    evidence = gather(mission, paths, approaches)
     checks = [
-        *places.separation(mission, list(flown.values()), approaches),
+        *places.separation(mission, apart),
         *worst(item for k, name in enumerate(names) for item in _robot_checks(mission, k, flown[name])),
         *connection_checks(mission, evidence),
         *(transition_checks(mission, transfers, flown) if transfers else ()),
         *worst(item for name in names for item in _memory(mission, name, trajectories[name], flown[name])),
         *radio_checks(mission, trajectories),
-        *switching_checks(mission, trajectories, flown),
+        *switching_checks(mission, trajectories, flown, apart),
     ]
     return Certificate(
         checks=tuple(checks),
@@ -148,13 +146,3 @@ def _smoothness_checks(name: str, flown: PiecewisePolynomial) -> list[Check]:
 
 def _memory(mission: Mission, name: str, encoded: EncodedTrajectory, flown: PiecewisePolynomial) -> list[Check]:
     return [*memory_checks(name, encoded, flown.duration, mission.horizon.duration), *firmware_checks(name, flown)]
-
-
-# ------------------------------------------------------------------------------------------------ figures
-
-
-def _sampled(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> Indicators:
-    """Indicators at the planning steps, where E and P are defined; what is defined in continuous time comes after."""
-    t: Array = np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt
-    q = np.stack([trajectory.evaluate(t)[:, : mission.dimension] for trajectory in flown.values()], axis=1)
-    return indicators(mission, t, q)

@@ -32,14 +32,15 @@ from missions.topology import (
     sub_period_times,
 )
 from planner.certificate.bernstein import minimise, negative_root, square_sum
-from planner.certificate.checks import DISTANCE_TOLERANCE, check
+from planner.certificate.checks import DISTANCE_TOLERANCE, check, names_of
 from planner.certificate.contacts import RESOLUTION as TIME_RESOLUTION
 from planner.certificate.contacts import contacts_within, time_in_contact
 from planner.certificate.record import Check, Indicators
 from planner.certificate.segments import Segments, common_segments
 from planner.certificate.separation import Approaches
-from planner.connectivity.forwarding import Contact, arrival_tables, by_pair
+from planner.connectivity.forwarding import Contact, by_pair
 from planner.connectivity.pairs import all_pairs
+from planner.indicators import indicators
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 PROBABILITY_TOLERANCE = 1e-6
@@ -70,50 +71,49 @@ def period_boundaries(mission: Mission) -> Array:
     return np.array(sub_period_times(mission))
 
 
-def gather(
-    mission: Mission, flown: Sequence[PiecewisePolynomial], approaches: Approaches, sampled: Indicators
-) -> Evidence:
+def gather(mission: Mission, flown: Sequence[PiecewisePolynomial], approaches: Approaches) -> Evidence:
     """Evidence from the polynomials.
 
     Args:
         mission: what was asked for.
         flown: all robots' polynomials.
         approaches: their closest approaches, true distances.
-        sampled: indicators of samples of them.
     """
     policy, breaks = mission.connectivity, period_boundaries(mission)
     if isinstance(policy, PeriodicConnectivity):
         breaks = np.concatenate([breaks, np.array(rendezvous_steps(mission, policy)) * mission.horizon.dt])
     segments = common_segments(flown, breaks)
     contacts = contacts_within(segments, policy.range) if policy.range is not None else ()
-    return Evidence(segments, approaches, with_exact_meetings(mission, sampled, approaches, contacts), contacts)
+    found = _with_exact_meetings(mission, _at_planning_steps(mission, flown, contacts), approaches)
+    return Evidence(segments, approaches, found, contacts)
 
 
-def with_exact_meetings(
-    mission: Mission, indicators: Indicators, approaches: Approaches, contacts: tuple[Contact, ...]
+def _at_planning_steps(
+    mission: Mission, flown: Sequence[PiecewisePolynomial], contacts: tuple[Contact, ...]
 ) -> Indicators:
-    """Indicators whose meetings, contacts, arrivals and smallest distances are exact instead of sampled.
+    """Indicators at the planning steps, where E and P are defined; contacts and arrivals are those of the proof."""
+    t: Array = np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt
+    q = np.stack([trajectory.evaluate(t)[:, : mission.dimension] for trajectory in flown], axis=1)
+    return indicators(mission, t, q, contacts)
+
+
+def _with_exact_meetings(mission: Mission, sampled: Indicators, approaches: Approaches) -> Indicators:
+    """Indicators whose meetings, shares and smallest distances are exact instead of sampled.
 
     A pair has met in a sub-period if it takes a distance within range; a distance is smallest by its proven bound.
     """
     reach, duration = mission.connectivity.range, mission.horizon.duration
-    pairs, own_contacts = [], by_pair(contacts)
-    for pair, index, bound, attained in zip(
-        indicators.pairs, approaches.pairs, approaches.bound, approaches.attained, strict=True
-    ):
+    pairs = []
+    for pair, bound, attained in zip(sampled.pairs, approaches.bound, approaches.attained, strict=True):
         pair = replace(pair, smallest_distance=float(bound.min()))
         if reach is not None:
-            own = tuple((c.begin, c.end) for c in own_contacts.get(index, ()))
             met = tuple(bool(d <= reach) for d in attained)
-            share = sum(end - begin for begin, end in own) / duration
-            pair = replace(pair, met=met, contacts=own, connected_share=share)
+            share = sum(end - begin for begin, end in pair.contacts) / duration
+            pair = replace(pair, met=met, connected_share=share)
         pairs.append(pair)
-    if reach is not None:
-        arrivals, by_period = arrival_tables(len(mission.robots), contacts, sub_period_times(mission))
-        indicators = replace(indicators, arrivals=arrivals, arrivals_by_period=by_period)
     shares = [pair.connected_share for pair in pairs]
     return replace(
-        indicators,
+        sampled,
         pairs=tuple(pairs),
         connected_share=float(np.mean(shares)) if shares else np.nan,
         all_met=all(all(pair.met) for pair in pairs),
@@ -165,7 +165,7 @@ class _Slots:
     def where(self, row: int, slot: int | None = None) -> str:
         """The pair's names, the sub-period (counted from 1)."""
         i, j = policy_pairs(self.mission)[row]
-        names = f"{self.mission.robots[i].name}–{self.mission.robots[j].name}"
+        names = names_of((i, j), [robot.name for robot in self.mission.robots])
         return names if slot is None else f"{names}, sub-period {slot + 1}"
 
 

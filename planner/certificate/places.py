@@ -16,14 +16,18 @@ from planner.certificate.separation import Approaches, closest_approaches
 from planner.trajectory.piecewise import PiecewisePolynomial
 
 
-def separation(mission: Mission, flown: Sequence[PiecewisePolynomial], approaches: Approaches) -> list[Check]:
-    """The pair that comes closest; where downwash counts, vertical distances are shortened to the ellipsoid's."""
+def with_downwash(mission: Mission, flown: Sequence[PiecewisePolynomial], approaches: Approaches) -> Approaches:
+    """Closest approaches as separation counts them: vertical distances shortened to the downwash ellipsoid's."""
+    scale = fleet.vertical_scale(mission)
+    if scale == 1.0:
+        return approaches
+    return closest_approaches(flown, np.array([0.0, mission.horizon.duration]), np.array([1.0, 1.0, scale]))
+
+
+def separation(mission: Mission, approaches: Approaches) -> list[Check]:
+    """The pair that comes closest, by approaches :func:`with_downwash`."""
     if not approaches.pairs:
         return []
-    scale = fleet.vertical_scale(mission)
-    if scale != 1.0:
-        whole = np.array([0.0, mission.horizon.duration])
-        approaches = closest_approaches(flown, whole, np.array([1.0, 1.0, scale]))
     pair, period = np.unravel_index(np.argmin(approaches.bound), approaches.bound.shape)
     names = [robot.name for robot in mission.robots]
     where = names_of(approaches.pairs[pair], names)

@@ -22,15 +22,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from missions import fleet
 from missions.radio import request_rate
 from missions.schema import Mission
 from planner.certificate import motion
 from planner.certificate.bernstein import derivative
-from planner.certificate.checks import DISTANCE_TOLERANCE, check, worst
+from planner.certificate.checks import check, names_of, room, worst
 from planner.certificate.radio import upload_requests
 from planner.certificate.record import Check
-from planner.certificate.separation import closest_approaches
+from planner.certificate.separation import Approaches
 from planner.trajectory.bezier import control_points
 from planner.trajectory.encode import decode_leg
 from planner.trajectory.encoded import EncodedTrajectory, Encoding
@@ -63,9 +62,19 @@ class Switch:
 
 
 def switching_checks(
-    mission: Mission, trajectories: Mapping[str, EncodedTrajectory], flown: Mapping[str, PiecewisePolynomial]
+    mission: Mission,
+    trajectories: Mapping[str, EncodedTrajectory],
+    flown: Mapping[str, PiecewisePolynomial],
+    approaches: Approaches,
 ) -> list[Check]:
-    """The worst switch, the closest pair with its starts off, the tightest upload; nothing if everybody has one leg."""
+    """The worst switch, the closest pair with its starts off, the tightest upload; nothing if everybody has one leg.
+
+    Args:
+        mission: what is allowed.
+        trajectories: the bytes by robot name.
+        flown: the polynomials they say.
+        approaches: closest approaches of their pairs, with downwash.
+    """
     if all(len(encoded.legs) == 1 for encoded in trajectories.values()):
         return []
     names = [robot.name for robot in mission.robots]
@@ -75,7 +84,12 @@ def switching_checks(
         for item in switches(mission, trajectories)
     )
     memory = (item for name in names for item in _memory_checks(name, trajectories[name]))
-    return [*worst(memory), *worst(jumps), *_separation(mission, flown), *worst(_uploads(mission, trajectories))]
+    return [
+        *worst(memory),
+        *worst(jumps),
+        *_separation(mission, flown, approaches),
+        *worst(_uploads(mission, trajectories)),
+    ]
 
 
 def switches(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> list[Switch]:
@@ -112,32 +126,18 @@ def _memory_checks(name: str, encoded: EncodedTrajectory) -> Iterable[Check]:
     yield check("leg alignment", off, 0.0, "bytes", "<=", name)
 
 
-def _separation(mission: Mission, flown: Mapping[str, PiecewisePolynomial]) -> list[Check]:
+def _separation(mission: Mission, flown: Mapping[str, PiecewisePolynomial], approaches: Approaches) -> list[Check]:
     """The pair that may come closest when both are off time, one early and one late."""
-    if len(flown) < 2 or mission.limits.separation <= 0.0:
+    if not approaches.pairs or mission.limits.separation <= 0.0:
         return []
     names = [robot.name for robot in mission.robots]
-    paths = [flown[name] for name in names]
     # Scaled vertical distances are shorter, hence scaled speeds lower: the bound holds for the ellipsoid, too.
-    scale = np.array([1.0, 1.0, fleet.vertical_scale(mission)])
-    near = closest_approaches(paths, np.array([0.0, mission.horizon.duration]), scale)
-    speed = [motion.largest_speed(path).value for path in paths]
-    lost = np.array([(speed[i] + speed[j]) * mission.radio.jitter for i, j in near.pairs])
-    left = near.bound[:, 0] - lost
-    pair = int(np.argmin(left))
-    where = "–".join(names[k] for k in near.pairs[pair])
-    return [
-        check(
-            "separation off time",
-            float(left[pair]),
-            mission.limits.separation,
-            "m",
-            ">=",
-            where,
-            float(near.time[pair, 0]),
-            DISTANCE_TOLERANCE,
-        )
-    ]
+    speed = [motion.largest_speed(flown[name]).value for name in names]
+    lost = np.array([(speed[i] + speed[j]) * mission.radio.jitter for i, j in approaches.pairs])
+    left = approaches.bound - lost[:, None]
+    pair, period = np.unravel_index(np.argmin(left), left.shape)
+    where, time = names_of(approaches.pairs[pair], names), float(approaches.time[pair, period])
+    return [room("separation off time", float(left[pair, period]), where, time, mission.limits.separation)]
 
 
 def _uploads(mission: Mission, trajectories: Mapping[str, EncodedTrajectory]) -> Iterable[Check]:

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from missions.radio import Radio
 from missions.schema import Basis, Horizon, Limits, Robot, TrajectorySettings, UniformMap, Workspace
 from planner.certificate.certify import certify
+from planner.certificate.places import with_downwash
+from planner.certificate.separation import closest_approaches
 from planner.certificate.switching import allowed_speed, switches, switching_checks
 from planner.trajectory.encode import decode, decode_leg, encode
 from planner.trajectory.legs import switch_times
@@ -40,8 +42,14 @@ def chains(seed=0):
     return {"a": encode(a, POLY4D), "b": encode(b, POLY4D)}
 
 
+def apart(asked, flown):
+    paths = list(flown.values())
+    return with_downwash(asked, paths, closest_approaches(paths, np.array([0.0, asked.horizon.duration])))
+
+
 def checks(asked, bytes_):
-    found = switching_checks(asked, bytes_, {name: decode(encoded) for name, encoded in bytes_.items()})
+    flown = {name: decode(encoded) for name, encoded in bytes_.items()}
+    found = switching_checks(asked, bytes_, flown, apart(asked, flown))
     return {item.name: item for item in found}
 
 
@@ -58,7 +66,8 @@ def flown(encoded, late, t):
 
 def test_single_legs_need_none_of_this():
     short = {"a": encode(smooth(20), POLY4D), "b": encode(smooth(20, 1), POLY4D)}
-    assert switching_checks(mission(), short, {}) == []
+    flown = {name: decode(encoded) for name, encoded in short.items()}
+    assert switching_checks(mission(), short, flown, apart(mission(), flown)) == []
 
 
 @settings(max_examples=25)
