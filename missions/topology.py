@@ -80,12 +80,6 @@ def rendezvous_steps(mission: Mission, policy: PeriodicConnectivity) -> tuple[in
     return tuple(end for _, end in sub_period_steps(mission))
 
 
-def rendezvous_sub_periods(mission: Mission, policy: PeriodicConnectivity) -> tuple[int, ...]:
-    """Sub-period (from 0) of each rendezvous; an instant on a boundary belongs to the sub-period it ends."""
-    ends = [end for _, end in sub_period_steps(mission)]
-    return tuple(next(p for p, end in enumerate(ends) if step <= end) for step in rendezvous_steps(mission, policy))
-
-
 def components(count: int, pairs: Iterable[Sequence[int]]) -> list[list[int]]:
     """Connected components of robots 0 .. count−1 under ``pairs``, each ascending, in order of their first robot."""
     label = list(range(count))

@@ -12,6 +12,7 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.interchange.errors import InterchangeError
+from planner.trajectory.csv import cells_of, is_number
 
 COLUMNS = (("x", "y", "z"), ("t", "x", "y", "z"), ("t", "x", "y", "z", "yaw"))
 MOST = 1000  # waypoints: the plan is a dense linear system in all of them
@@ -48,8 +49,8 @@ def parse_waypoints(text: str, name: str = "waypoint CSV") -> Waypoints:
     Raises:
         InterchangeError: no waypoint file, with the line.
     """
-    lines = [(k, _cells(line)) for k, line in enumerate(text.splitlines(), start=1) if line.strip(" ,\t")]
-    if lines and not _is_number(lines[0][1][0]):
+    lines = [(k, cells_of(line)) for k, line in enumerate(text.splitlines(), start=1) if line.strip(" ,\t")]
+    if lines and not is_number(lines[0][1][0]):
         number, header = lines.pop(0)
         if tuple(header) not in COLUMNS:
             allowed = " or ".join(",".join(columns) for columns in COLUMNS)
@@ -68,13 +69,6 @@ def parse_waypoints(text: str, name: str = "waypoint CSV") -> Waypoints:
     return Waypoints(rows[:, 1:4].copy(), rows[:, 0].copy(), rows[:, 4].copy() if width == 5 else None)
 
 
-def _cells(line: str) -> list[str]:
-    cells = [cell.strip() for cell in line.split(",")]
-    while len(cells) > 1 and not cells[-1]:
-        cells.pop()
-    return cells
-
-
 def _row(cells: list[str], width: int, where: str) -> list[float]:
     if len(cells) != width or width not in (3, 4, 5):
         raise InterchangeError(f"{where}: {len(cells)} columns; allowed: 3 to 5, the same in every line")
@@ -85,14 +79,6 @@ def _row(cells: list[str], width: int, where: str) -> list[float]:
     if not all(abs(value) <= FARTHEST for value in row):
         raise InterchangeError(f"{where}: got {', '.join(cells)[:80]}; allowed: numbers from -1000 to 1000")
     return row
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _check_apart(points: Array, numbers: list[int], name: str) -> None:

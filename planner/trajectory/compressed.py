@@ -23,7 +23,7 @@ from planner.trajectory.encoded import MEMORY_SIZE
 from planner.trajectory.errors import TrajectoryError
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.single import coefficients
-from planner.trajectory.spline import derivative_points
+from planner.trajectory.spline import MU, derivative_points
 
 END_MARKER = b"\0\0\0"
 LEG_OVERHEAD = 8 + len(END_MARKER)  # bytes besides segments: where the first one starts, and the marker
@@ -35,7 +35,6 @@ _UNITS = np.array([1e3, 1e3, 1e3, 1800.0 / math.pi])  # integer steps per metre 
 _LARGEST = 32767
 _SMOOTHING = 5  # steps a control point may leave its nearest integer to keep velocity and acceleration continuous
 _SAME = 1e-3  # steps between control points of a rest
-_MU = 0.05  # [s²] weight of acceleration errors against position errors
 
 
 def encode_compressed(trajectory: PiecewisePolynomial) -> bytes:
@@ -224,7 +223,7 @@ def _round_septic(points: Array, start: float, before: Array | None, ratio: floa
             if abs(third - points[2]) <= _SMOOTHING:
                 chosen[2] = third
     positions, accelerations = _grams()
-    G = positions + (_MU / seconds**2) ** 2 * accelerations
+    G = positions + (MU / seconds**2) ** 2 * accelerations
     for i in range(1, 8):
         if i not in chosen:
             known = list(chosen)

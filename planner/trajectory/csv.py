@@ -36,7 +36,7 @@ def from_csv(text: str, name: str = "trajectory CSV") -> PiecewisePolynomial:
             duration <= 0.
     """
     lines = text.splitlines()
-    if lines and _is_number(lines[0].split(",")[0]):  # whoever skips the first line would lose a piece
+    if lines and is_number(lines[0].split(",")[0]):  # whoever skips the first line would lose a piece
         raise TrajectoryError(f"{name}, line 1: a number; expected a header line such as '{HEADER[:22]},…'")
     rows = [_row(line, f"{name}, line {k}") for k, line in enumerate(lines[1:], start=2) if line.strip(" ,\t")]
     if not rows:
@@ -45,7 +45,16 @@ def from_csv(text: str, name: str = "trajectory CSV") -> PiecewisePolynomial:
     return PiecewisePolynomial(durations=numbers[:, 0], coefficients=numbers[:, 1:].reshape(len(rows), 4, 8))
 
 
-def _is_number(cell: str) -> bool:
+def cells_of(line: str, least: int = 1) -> list[str]:
+    """The cells of a line, stripped; published files end their lines with commas: empty cells beyond ``least`` go."""
+    cells = [cell.strip() for cell in line.split(",")]
+    while len(cells) > least and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number: a header's are not."""
     try:
         float(cell)
     except ValueError:
@@ -55,9 +64,7 @@ def _is_number(cell: str) -> bool:
 
 def _row(line: str, where: str) -> list[float]:
     """The 33 numbers of one line."""
-    cells = [cell.strip() for cell in line.split(",")]
-    while len(cells) > _COLUMNS and not cells[-1]:
-        cells.pop()
+    cells = cells_of(line, _COLUMNS)
     if len(cells) != _COLUMNS:
         raise TrajectoryError(f"{where}: {len(cells)} columns; {_COLUMNS} expected")
     try:

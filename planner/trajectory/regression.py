@@ -18,9 +18,7 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from planner.trajectory.bounded import LocalQuadratic
-from planner.trajectory.spline import SepticSpline, bernstein, derivative_points, local
-
-MU = 0.05  # [s²] weight of acceleration errors against position errors: faster changes than ~√μ are smoothed
+from planner.trajectory.spline import MU, SepticSpline, bernstein, derivative_points, local
 
 _NODES = 32  # Gauss points a piece; pieces are shorter than a few seconds, planning steps about 0.1 s
 _CUTS = 2

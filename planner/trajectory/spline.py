@@ -18,6 +18,7 @@ from missions.arrays import Array, frozen
 from planner.trajectory.bezier import power_coefficients
 
 STATE = 4  # position, velocity, acceleration, jerk
+MU = 0.05  # [s²] weight of acceleration errors against position errors: faster changes than ~√μ are smoothed
 
 
 @dataclass(frozen=True)

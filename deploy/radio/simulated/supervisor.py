@@ -150,11 +150,6 @@ class Supervisor:
         return self.state in (State.FLYING, State.LEVEL_OUT)
 
     @property
-    def is_tumbled(self) -> bool:
-        """Whether it lies on its side or back."""
-        return self._tumbled
-
-    @property
     def is_crashed(self) -> bool:
         """Whether a recovery request is needed."""
         return self._crashed

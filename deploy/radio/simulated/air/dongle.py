@@ -22,7 +22,6 @@ class Dongle:
         self._free = 0.0
         self._last = -1  # index of the line served last
         self._tuning = lines[0].station.tuning if lines else ""
-        self.exchanges = 0
 
     def advance(self, t: float) -> None:
         """Exchange what can be exchanged before ``t`` [s]."""
@@ -37,7 +36,6 @@ class Dongle:
                 self._tuning = line.station.tuning
                 slot += self._retune
             now = line.exchange(now, slot)
-            self.exchanges += 1
         self._free = now
         for line in self._lines:
             line.settle(t)
