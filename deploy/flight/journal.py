@@ -54,6 +54,7 @@ class Journal:
         elif isinstance(record, Status):
             self.log.battery(robot, record.t, record.voltage, record.level, record.power_state)
             self.log.supervisor(robot, record.t, record.supervisor.bits, record.supervisor.names)
+            self.log.motors(robot, record.t, record.motors)
 
     def link(self, t: float, drone: Drone) -> None:
         """The state of a drone's link."""

@@ -125,6 +125,10 @@ class FlightLog:
         """The firmware's supervisor state."""
         self.write(f"/{robot}/supervisor", t, {"bits": bits, "names": list(names)})
 
+    def motors(self, robot: str, t: float, power: Sequence[int]) -> None:
+        """What each motor is commanded: m1 to m4, 0..65535."""
+        self.write(f"/{robot}/motors", t, {"power": list(power)})
+
     def event(
         self,
         t: float,

@@ -25,7 +25,10 @@ BLOCKS: Mapping[str, tuple[tuple[str, str], ...]] = {
         *((f"ctrltarget.{axis}", "float") for axis in ("x", "y", "z")),
         *((f"ctrltarget.{axis}", "FP16") for axis in ("vx", "vy", "vz", "yaw")),
     ),
-    "status": (("pm.vbat", "float"), ("pm.batteryLevel", ""), ("pm.state", ""), ("supervisor.info", "uint16_t")),
+    "status": (
+        *(("pm.vbat", "float"), ("pm.batteryLevel", ""), ("pm.state", ""), ("supervisor.info", "uint16_t")),
+        *((f"motor.m{k}", "uint16_t") for k in (1, 2, 3, 4)),
+    ),
     "variance": (*((f"kalman.{axis}", "float") for axis in ("varX", "varY", "varZ", "varPX", "varPY", "varPZ")),),
 }
 
@@ -75,7 +78,7 @@ class Target(NamedTuple):
 
 
 class Status(NamedTuple):
-    """Battery [V, 0..100 %, firmware power state] and supervisor."""
+    """Battery [V, 0..100 %, firmware power state], supervisor, and what each motor is commanded (0..65535)."""
 
     t: float
     tick: int
@@ -83,6 +86,7 @@ class Status(NamedTuple):
     level: float
     power_state: int
     supervisor: Supervisor
+    motors: tuple[int, int, int, int]
 
     @property
     def battery_low(self) -> bool:
@@ -123,6 +127,7 @@ def to_record(sample: Sample) -> Record:
     if sample.block == "status":
         word = Supervisor(int(values["supervisor.info"]))
         level, state = float(values["pm.batteryLevel"]), int(values["pm.state"])
-        return Status(t, tick, float(values["pm.vbat"]), level, state, word)
+        m1, m2, m3, m4 = (int(values[f"motor.m{k}"]) for k in (1, 2, 3, 4))
+        return Status(t, tick, float(values["pm.vbat"]), level, state, word, (m1, m2, m3, m4))
     position = sample.vector("kalman", ("varX", "varY", "varZ"))
     return Variance(t, tick, position, sample.vector("kalman", ("varPX", "varPY", "varPZ")))
