@@ -15,7 +15,7 @@ from deploy.operator import Operator
 from deploy.planfile import plan_bytes
 from deploy.preflight import PreflightReport
 from deploy.radio.cache import toc_cache
-from deploy.radio.links import initialise, require_crazyradio
+from deploy.radio.drivers import initialise, require_crazyradio
 from missions.schema import Mission
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan

@@ -15,7 +15,6 @@ from deploy.execute import fly
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.operator import Either, Interrupts, Nobody, Operator
 from deploy.planfile import plan_bytes
-from deploy.preflight import pad_of
 from deploy.radio.cache import toc_cache
 from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.model import AirModel, stations
@@ -28,6 +27,7 @@ from deploy.scenario.killed import HostDied, ProcessKilled
 from deploy.scenario.log import RehearsalLog
 from deploy.scenario.records import Scenario
 from missions.airframes import airframe
+from missions.fleet import pads
 from missions.schema import Mission
 from mocap.setup import seen_by
 from mocap.simulated import SimulatedMocap
@@ -67,10 +67,10 @@ class Stage:
         decks: tuple[str, ...] = (),
     ) -> None:
         names = [robot.name for robot in mission.robots]
-        pads = np.array([[*pad_of(mission, name), 0.0] for name in names])
+        places = np.column_stack([pads(mission), np.zeros(len(names))])
         self.clock = VirtualClock(speed=speed, patience=_PATIENCE)
         frame = airframe(mission.flight.airframe)
-        self.world = World([frame] * len(names), pads, np.zeros(len(names)), seed=seed)
+        self.world = World([frame] * len(names), places, np.zeros(len(names)), seed=seed)
         self.mocap = SimulatedMocap(_MOCAP_RATE, seed=seed)
         self.capture = seen_by(self.mocap, mission, seed)
         self._bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}

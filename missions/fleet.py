@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from missions.arrays import Array, frozen
-from missions.schema import Mission
+from missions.schema import Mission, Robot
 
 # Half height of the ellipsoid round two Crazyflies in which the upper one's downwash disturbs the lower one [m]:
 # half axes of 0.12 m aside and 0.3 m down for each of them (Hönig et al., Trajectory Planning for Quadrotor Swarms,
@@ -72,9 +72,15 @@ def in_space(mission: Mission, q: Array) -> Array:
     return np.concatenate([q, z[..., None]], axis=-1)
 
 
+def pad_of(robot: Robot) -> tuple[float, float]:
+    """(x, y) where a robot takes off [m]: under its start unless the mission says otherwise."""
+    x, y = (robot.pad or robot.start)[:2]
+    return float(x), float(y)
+
+
 def pads(mission: Mission) -> Array:
-    """(N, 2) where everybody takes off [m]: under the start unless the mission says otherwise."""
-    return frozen([(robot.pad or robot.start)[:2] for robot in mission.robots])
+    """(N, 2) where everybody takes off [m]."""
+    return frozen([pad_of(robot) for robot in mission.robots])
 
 
 def transfer_scale(mission: Mission) -> float:

@@ -8,7 +8,7 @@ import pytest
 from deploy.errors import LinkError
 from deploy.hardware import fly_hardware, uris_of
 from deploy.operator import Interrupts, interrupts
-from deploy.radio.links import require_crazyradio
+from deploy.radio.drivers import require_crazyradio
 from missions.schema import Robot
 from tests.deploy.flight_bench import small_mission, small_plan
 

@@ -15,7 +15,7 @@ from deploy.preflight import (
     check_plan,
     check_same,
 )
-from deploy.radio.drone import LinkState
+from deploy.radio.link import LinkState
 from deploy.radio.supervisor import Supervisor
 from tests.deploy.flight_bench import STARTS, small_plan
 from tests.tampering import altered
