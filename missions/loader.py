@@ -10,14 +10,17 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+from missions.arrays import Array
 from missions.assignment import assigned
 from missions.errors import MissionError
 from missions.files import read_map_file, read_text
+from missions.information import SingleMap, single_maps, with_maps
 from missions.mappings import FrozenMapping
 from missions.maps import MapError, read_density
 from missions.records import RecordReader
 from missions.schema import ArrayMap, ImageMap, Mission, MissionSource
 from missions.validate import validate
+from missions.validate_information import check_sizes
 from missions.yamltree import MappingNode, Node, ScalarNode, parse_yaml
 
 SCHEMA_VERSION = "1"
@@ -71,20 +74,32 @@ def _check_version(root: Node, reader: RecordReader) -> None:
 def _with_density(
     mission: Mission, read_file: Callable[[str], bytes], reader: RecordReader
 ) -> tuple[Mission, dict[str, bytes]]:
-    """The mission with its map's file read, and every file that was read."""
-    information = mission.information
-    if not isinstance(information, ImageMap | ArrayMap):
-        return mission, {}
-    name = information.file
+    """The mission with the files of its maps read, and every file that was read."""
+    files: dict[str, bytes] = {}
+    maps: list[SingleMap] = []
+    for where, single in single_maps(mission.information):
+        if isinstance(single, ImageMap | ArrayMap):
+            files[single.file], density = _read_map(single, mission.dimension, f"{where}.file", read_file, reader)
+            single = dataclasses.replace(single, density=density)
+        maps.append(single)
+    mission = dataclasses.replace(mission, information=with_maps(mission.information, tuple(maps)))
+    check_sizes(mission, reader.error)
+    return mission, files
+
+
+def _read_map(
+    single: ImageMap | ArrayMap, dimension: int, where: str, read_file: Callable[[str], bytes], reader: RecordReader
+) -> tuple[bytes, Array]:
+    """Contents of a map's file, and the density they are."""
+    name = single.file
     try:
         data = read_file(name)
-        density = read_density(information, data, mission.dimension)
+        return data, read_density(single, data, dimension)
     except MissionError as error:
-        raise reader.error(error.reason, "information.file") from None
+        raise reader.error(error.reason, where) from None
     except MapError as error:
-        raise reader.error(f"{name!r}: {error}", "information.file") from None
+        raise reader.error(f"{name!r}: {error}", where) from None
     except KeyError:
-        raise reader.error(f"{name!r} is not among the mission's files", "information.file") from None
+        raise reader.error(f"{name!r} is not among the mission's files", where) from None
     except OSError as error:
-        raise reader.error(f"cannot read {name!r}: {error.strerror or error}", "information.file") from None
-    return dataclasses.replace(mission, information=dataclasses.replace(information, density=density)), {name: data}
+        raise reader.error(f"cannot read {name!r}: {error.strerror or error}", where) from None

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from missions.arrays import Array
 from missions.connectivity import AllTimeConnectivity as AllTimeConnectivity
 from missions.connectivity import Connectivity as Connectivity
 from missions.connectivity import GuaranteedConnectivity as GuaranteedConnectivity
@@ -29,6 +28,14 @@ from missions.fields import NAME
 from missions.fields import Vector as Vector
 from missions.fields import field as field
 from missions.flight import Flight as Flight
+from missions.information import ArrayMap as ArrayMap
+from missions.information import Gaussian as Gaussian
+from missions.information import GaussianMixtureMap as GaussianMixtureMap
+from missions.information import ImageMap as ImageMap
+from missions.information import InformationMap as InformationMap
+from missions.information import NamedMap as NamedMap
+from missions.information import SeveralMaps as SeveralMaps
+from missions.information import UniformMap as UniformMap
 from missions.motion_capture import MotionCapture as MotionCapture
 from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
@@ -58,57 +65,6 @@ class Horizon:
 
     duration: float = field("length of the search", unit="s", above=0.0, at_most=3600.0)
     dt: float = field("planning time step", unit="s", above=0.0, at_most=10.0, default=0.1)
-
-
-# ------------------------------------------------------------------------------------------------ information maps
-
-
-@dataclass(frozen=True)
-class Gaussian:
-    """One component of a Gaussian mixture."""
-
-    mean: Vector = field("centre", unit="m", items=(2, 3))
-    covariance: float | Vector | tuple[Vector, ...] = field(
-        "a number (isotropic), a diagonal, or a full matrix", unit="m²"
-    )
-    weight: float = field("share of the information", above=0.0, default=1.0)
-
-
-@dataclass(frozen=True)
-class GaussianMixtureMap:
-    """Information as a sum of Gaussians; weights are normalised."""
-
-    components: tuple[Gaussian, ...] = field("the Gaussians", items=(1, 1000))
-    type: Literal["gaussians"] = "gaussians"
-
-
-@dataclass(frozen=True)
-class ImageMap:
-    """Information as the brightness of a grayscale image stretched over the workspace (top row = upper y edge)."""
-
-    file: str = field("PNG file, relative to the mission file")
-    invert: bool = field("dark means much information", default=False)
-    type: Literal["image"] = "image"
-    density: Array | None = dataclasses.field(default=None, repr=False, compare=False, metadata={"internal": True})
-
-
-@dataclass(frozen=True)
-class ArrayMap:
-    """Information as a NumPy array over the workspace, indexed [x, y(, z)], non-negative, cell-centred."""
-
-    file: str = field(".npy file, relative to the mission file (pickled objects are refused)")
-    type: Literal["array"] = "array"
-    density: Array | None = dataclasses.field(default=None, repr=False, compare=False, metadata={"internal": True})
-
-
-@dataclass(frozen=True)
-class UniformMap:
-    """The same information everywhere."""
-
-    type: Literal["uniform"] = "uniform"
-
-
-InformationMap = GaussianMixtureMap | ImageMap | ArrayMap | UniformMap
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,11 @@ import math
 import re
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from missions import dynamics
 from missions.airframes import Airframe, airframe
-from missions.arrays import Array
 from missions.errors import MissionError
 from missions.radio import drones_sharing
 from missions.schema import (
-    Gaussian,
-    GaussianMixtureMap,
     Mission,
     NoConnectivity,
     ProbabilisticConnectivity,
@@ -27,6 +22,7 @@ from missions.schema import (
 )
 from missions.uris import check_uri, same_drone
 from missions.validate_connectivity import check_connectivity
+from missions.validate_information import check_information
 from missions.validate_places import check_limits, check_places
 from missions.validate_shapes import check_shapes
 
@@ -34,7 +30,6 @@ ErrorAt = Callable[[str, str], MissionError]
 MAX_STEPS = 36_000
 _PARAMETER = re.compile(r"[A-Za-z0-9_]{1,26}\.[A-Za-z0-9_]{1,26}")
 _RADIO_SHARED = "radio.drones_per_dongle"
-_OUTSIDE_SIGMAS = 6.0
 
 
 def validate(mission: Mission, error: ErrorAt) -> None:
@@ -50,7 +45,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     frame = _airframe(mission, error)
     _check_workspace(mission, error)
     _check_horizon(mission, error)
-    _check_information(mission, error)
+    check_information(mission, error)
     _check_dynamics(mission, error)
     check_limits(mission, frame, error)
     check_shapes(mission, error)
@@ -103,50 +98,6 @@ def _check_horizon(mission: Mission, error: ErrorAt) -> None:
         raise error(f"got {duration:g}; allowed: a whole multiple of dt = {dt:g}, e.g. {near} [s]", "horizon.duration")
     if not 2 <= round(steps) <= MAX_STEPS:
         raise error(f"got {round(steps)} steps of {dt:g} s; allowed: 2 to {MAX_STEPS} steps", "horizon.duration")
-
-
-# ---------------------------------------------------------------------------------------------- information maps
-
-
-def _check_information(mission: Mission, error: ErrorAt) -> None:
-    if isinstance(mission.information, GaussianMixtureMap):
-        for i, component in enumerate(mission.information.components):
-            _check_gaussian(mission, component, f"information.components[{i}]", error)
-
-
-def _check_gaussian(mission: Mission, gaussian: Gaussian, where: str, error: ErrorAt) -> None:
-    nu = mission.dimension
-    if len(gaussian.mean) != nu:
-        raise error(f"got {len(gaussian.mean)} numbers; allowed: {nu}, as the workspace has", f"{where}.mean")
-    matrix = _covariance(gaussian, nu)
-    if matrix is None:
-        allowed = f"a number, {nu} numbers, or a {nu} × {nu} matrix [m²]"
-        raise error(f"got {str(gaussian.covariance)[:60]}; allowed: {allowed}", f"{where}.covariance")
-    if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
-        raise error("got a matrix that is not symmetric; allowed: a symmetric one [m²]", f"{where}.covariance")
-    least = float(np.linalg.eigvalsh(matrix)[0])
-    if not least > 1e-12 * float(np.abs(matrix).max()):
-        raise error(
-            f"not positive definite (least eigenvalue {least:.3g}); allowed: above 0 [m²]", f"{where}.covariance"
-        )
-    box = zip(mission.workspace.lower, mission.workspace.upper, gaussian.mean, np.diag(matrix), strict=True)
-    for low, high, mean, variance in box:
-        # All of the Gaussian that is in the workspace is in this slab, so less than 1e-9 of it is in the workspace.
-        if max(low - mean, mean - high) > _OUTSIDE_SIGMAS * math.sqrt(variance):
-            raise error("this Gaussian has nothing inside the workspace; is its centre right?", f"{where}.mean")
-
-
-def _covariance(gaussian: Gaussian, nu: int) -> Array | None:
-    """The full covariance matrix; None if the shape is wrong."""
-    value = gaussian.covariance
-    if isinstance(value, float):
-        return value * np.eye(nu)
-    if any(isinstance(row, tuple) and len(row) != nu for row in value):
-        return None
-    array = np.array(value, dtype=np.float64)
-    if array.shape == (nu,):
-        return np.diag(array)
-    return array if array.shape == (nu, nu) else None
 
 
 # ------------------------------------------------------------------------------------------------------ dynamics

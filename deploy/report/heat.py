@@ -4,27 +4,35 @@ from __future__ import annotations
 
 import base64
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
 from missions.arrays import Array
-from missions.schema import ArrayMap, Gaussian, GaussianMixtureMap, ImageMap, Mission
+from missions.information import ArrayMap, Gaussian, GaussianMixtureMap, ImageMap, InformationMap, SeveralMaps
+from missions.schema import Mission
 
 _LONG_SIDE = 120  # pixels
 
 
 def heat_image(mission: Mission) -> dict[str, object]:
     """Brightness 0..255, row 0 at the lower y edge: ``{"width", "height", "data"}``; 3-D maps summed over z."""
-    density = _density(mission)
+    return map_image(mission.information, mission)
+
+
+def map_image(information: InformationMap, mission: Mission) -> dict[str, object]:
+    """The same for one of several maps, over the mission's workspace."""
+    density = _density(information, mission)
     top = float(density.max())
     pixels = np.round(255.0 * density / top if top > 0.0 else density).astype(np.uint8).T  # (y, x)
     height, width = pixels.shape
     return {"width": width, "height": height, "data": base64.b64encode(pixels.tobytes()).decode()}
 
 
-def _density(mission: Mission) -> Array:
+def _density(information: InformationMap, mission: Mission) -> Array:
     """(W, H) density, not normalised, at cell centres of the floor."""
-    information = mission.information
+    if isinstance(information, SeveralMaps):
+        return _weighted([_density(item.map, mission) for item in information.maps], information.shares)
     if isinstance(information, ImageMap | ArrayMap) and information.density is not None:
         flat = information.density.sum(axis=2) if information.density.ndim == 3 else information.density
         step = max(1, max(flat.shape) // (2 * _LONG_SIDE))
@@ -36,6 +44,17 @@ def _density(mission: Mission) -> Array:
     if not isinstance(information, GaussianMixtureMap):
         return np.full((cells[0], cells[1]), 0.15)  # the same everywhere: a faint tint
     return functools.reduce(np.add, (_gaussian(component, x, y) for component in information.components))
+
+
+def _weighted(densities: Sequence[Array], weights: Sequence[float]) -> Array:
+    """The weighted sum of densities that each count the same, on the cells of the finest."""
+    finest = max((density.shape for density in densities), key=lambda shape: shape[0] * shape[1])
+    total = np.zeros(finest)
+    for density, weight in zip(densities, weights, strict=True):
+        x, y = ((np.arange(cells) + 0.5) / cells for cells in finest)
+        nearest = density[np.ix_(*((w * n).astype(int) for w, n in zip((x, y), density.shape, strict=True)))]
+        total += weight * nearest / nearest.sum()
+    return total
 
 
 def _gaussian(component: Gaussian, x: Array, y: Array) -> Array:

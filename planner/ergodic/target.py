@@ -9,7 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from missions.arrays import Array, frozen
-from missions.schema import ArrayMap, Gaussian, GaussianMixtureMap, ImageMap, InformationMap, UniformMap
+from missions.information import (
+    ArrayMap,
+    Gaussian,
+    GaussianMixtureMap,
+    ImageMap,
+    InformationMap,
+    SeveralMaps,
+    UniformMap,
+)
 from planner.ergodic.basis import CosineBasis
 from planner.errors import PlannerError
 
@@ -18,7 +26,13 @@ GRID_POINTS_RANGE = {2: (100, 1000), 3: (40, 120)}  # keeps tiny and huge boxes 
 
 
 def information_coefficients(information: InformationMap, basis: CosineBasis) -> Array:
-    """φ_k of a mission's information map over the basis' box, shape (n,)*ν, read-only."""
+    """φ_k of a mission's information map over the basis' box, shape (n,)*ν, read-only.
+
+    Of several maps, the weighted sum of their coefficients (SLES, Eq. 4): each counts by its weight, not by its mass.
+    """
+    if isinstance(information, SeveralMaps):
+        weighted = zip(information.shares, information.maps, strict=True)
+        return frozen(sum(w * information_coefficients(item.map, basis) for w, item in weighted))
     if isinstance(information, GaussianMixtureMap):
         return gaussian_mixture(information.components, basis)
     if isinstance(information, UniformMap):

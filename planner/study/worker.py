@@ -58,6 +58,7 @@ def _mission(tree: Mapping[str, Any], folder: str, *, checked: bool) -> Mission:
 
     from missions.errors import MissionError
     from missions.files import read_map_file
+    from missions.information import single_maps
     from missions.loader import parse_mission
     from missions.records import RecordReader
     from missions.schema import ArrayMap, ImageMap, Mission
@@ -68,7 +69,8 @@ def _mission(tree: Mapping[str, Any], folder: str, *, checked: bool) -> Mission:
         return parse_mission(text, path="run", read_file=lambda name: read_map_file(Path(folder), name))
     except MissionError:
         mission = RecordReader("run").read_record(parse_yaml(text, file="run"), Mission)
-        if checked or isinstance(mission.information, ImageMap | ArrayMap):  # maps are read after all checks
+        from_files = any(isinstance(item, ImageMap | ArrayMap) for _, item in single_maps(mission.information))
+        if checked or from_files:  # maps are read after all checks
             raise
         return mission
 
