@@ -20,6 +20,7 @@ from missions.connectivity import PairThreshold as PairThreshold
 from missions.connectivity import PeriodicConnectivity as PeriodicConnectivity
 from missions.connectivity import ProbabilisticConnectivity as ProbabilisticConnectivity
 from missions.connectivity import SimultaneousConnectivity as SimultaneousConnectivity
+from missions.decks import DeckName
 from missions.dynamics import CasadiModel as CasadiModel
 from missions.dynamics import DoubleIntegratorModel as DoubleIntegratorModel
 from missions.dynamics import MotionModel as MotionModel
@@ -140,6 +141,11 @@ class Robot:
     )
     limits: RobotLimits = field("where it differs from the mission's limits", default=RobotLimits())
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
+    decks: tuple[DeckName, ...] = field(
+        "expansion decks on it, which it has to find before it flies; what else it carries does not matter",
+        default=(),
+        items=(0, 7),
+    )
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 
-from missions import dynamics
+from missions import decks, dynamics
 from missions.airframes import Airframe, airframe
 from missions.errors import MissionError
 from missions.radio import drones_sharing
@@ -119,6 +119,9 @@ def _check_identities(mission: Mission, error: ErrorAt) -> None:
             raise error(reason, f"robots[{i}].uri")
         if "\n" in robot.rigid_body or "\t" in robot.rigid_body:
             raise error("got a line break or tab; allowed: the body's name", f"robots[{i}].rigid_body")
+        if found := decks.fault(robot.decks):
+            k, reason = found
+            raise error(reason, f"robots[{i}].decks[{k}]")
     # Names become file names, and file systems that ignore case would let one robot overwrite the other.
     _check_unique((r.name.casefold() for r in robots), [r.name for r in robots], "name", error)
     _check_unique((r.rigid_body or r.name for r in robots), [r.name for r in robots], "rigid_body", error)

@@ -194,6 +194,18 @@ MEANING = [
     ("start: [1.2, 0.3]", "start: [1.2, 0.3], pad: [1.3, 1.5]", r"robots\[1\]\.pad: .* inside obstacles\[0\]"),
     ("name: cf2", "name: CF1", r"robots\[1\]\.name: the same as robots\[0\]'s \(cf1\)"),
     ("name: cf2", "name: cf2, rigid_body: cf1", r"robots\[1\]\.rigid_body: the same as robots\[0\]'s"),
+    (
+        "name: cf2",
+        "name: cf2, decks: [flow]",
+        r"robots\[1\]\.decks\[0\]: got 'flow'; allowed: active_marker.*mean 'flow2'",
+    ),
+    ("name: cf2", "name: cf2, decks: flow2", r"robots\[1\]\.decks: got 'flow2'; allowed: a list"),
+    ("name: cf2", "name: cf2, decks: [loco, loco]", r"robots\[1\]\.decks\[1\]: got 'loco' twice"),
+    (
+        "name: cf2",
+        "name: cf2, decks: [zranger2, flow2]",
+        r"robots\[1\]\.decks\[1\]: got flow2 and zranger2; allowed: one",
+    ),
     ("E7E7E7E702", "e7e7e7e701", r"robots\[1\]\.uri: the same as robots\[0\]'s"),
     ("0/80/2M/E7E7E7E702", "1/80/2M/E7E7E7E701?rate_limit=100", r"robots\[1\]\.uri: the same as robots\[0\]'s"),
     ("radio://0/80/2M/E7E7E7E702", "radio://0/126/2M/E7E7E7E702", r"robots\[1\]\.uri: got .*channel 0 to 125"),
