@@ -31,11 +31,13 @@ external positioning it is blind from then on, and the policy decides.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
+
+import numpy as np
 
 from deploy.radio.supervisor import Supervisor
 from missions.fleet import accelerations, fence, speeds
@@ -113,6 +115,11 @@ class Seen:
     tilt: float = math.nan
     voltage: float = math.nan
 
+    @cached_property
+    def soon(self) -> tuple[Vec3, ...]:
+        """What :attr:`ahead` says, asked once: everybody who is near wants to know."""
+        return self.ahead()
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -144,9 +151,19 @@ def inspect(limits: Limits, drones: Sequence[Seen]) -> list[Finding]:
             found += _link(drone)
         else:
             found += [*_quiet(drone), *_body(limits, drone), *_place(limits, drone)]
-    for a, b in itertools.combinations(drones, 2):
+    for a, b in _near(limits, drones):
         found += _separation(limits, a, b)
     return found
+
+
+def _near(limits: Limits, drones: Sequence[Seen]) -> Iterator[tuple[Seen, Seen]]:
+    """Pairs that are near enough to matter within the time that is looked ahead; all pairs in one go."""
+    positions = np.array([drone.position or (math.nan,) * 3 for drone in drones], dtype=np.float64).reshape(-1, 3)
+    with np.errstate(all="ignore"):  # captured positions are what they are; what is no number is near nobody
+        offset = positions[:, None] - positions
+        near = np.einsum("ijk,ijk->ij", offset, offset) < (limits.separation + limits.closing * AHEAD[-1]) ** 2
+    for i, j in np.argwhere(np.triu(near, 1)).tolist():
+        yield drones[i], drones[j]
 
 
 def _link(drone: Seen) -> list[Finding]:
@@ -239,9 +256,7 @@ def _separation(limits: Limits, a: Seen, b: Seen) -> list[Finding]:
         return []
     distance, when = math.dist(a.position, b.position), "apart"
     least = SEPARATION_SHARE * limits.separation
-    if distance >= limits.separation + limits.closing * AHEAD[-1]:
-        return []
-    for t, p, q in zip(AHEAD, a.ahead(), b.ahead(), strict=False):
+    for t, p, q in zip(AHEAD, a.soon, b.soon, strict=False):
         if distance >= least and (predicted := math.dist(p, q)) < least:
             distance, when = predicted, f"apart in {t:.1f} s"
     if distance >= limits.separation - SEPARATION_SLACK:
