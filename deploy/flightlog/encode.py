@@ -62,6 +62,35 @@ def pose_to_json(nanoseconds: int, position: Sequence[float], quaternion: Sequen
     ).encode()
 
 
+def vectors_to_json(
+    names: tuple[str, ...], vectors: Sequence[Sequence[float] | None], rest: Mapping[str, float | None]
+) -> bytes:
+    """``to_json`` of three-vectors by name, then numbers by name, written out: telemetry is the other half.
+
+    A vector that is None is left out; a number that is None is null.
+    """
+    parts: list[str] = []
+    for name, value in zip(names, vectors, strict=True):
+        if value is not None:
+            x, y, z = map(float, value)
+            if not math.isfinite(x + y + z):
+                break
+            parts.append(f'"{name}":{{"x":{x!r},"y":{y!r},"z":{z!r}}}')
+    else:
+        for name, number in rest.items():
+            # Only Python's own numbers look in JSON as they look in Python.
+            if number is None:
+                parts.append(f'"{name}":null')
+            elif type(number) is int or (type(number) is float and math.isfinite(number)):
+                parts.append(f'"{name}":{number!r}')
+            else:
+                break
+        else:
+            return f"{{{','.join(parts)}}}".encode()
+    known = {name: vector(value) for name, value in zip(names, vectors, strict=True) if value is not None}
+    return to_json({**known, **rest})
+
+
 def log_line(nanoseconds: int, level: str, name: str, message: str) -> dict[str, object]:
     """A ``foxglove.Log``; level debug, info, warning or fault."""
     return {

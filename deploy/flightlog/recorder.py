@@ -1,8 +1,8 @@
-"""The disk side of the flight log: one thread that owns the MCAP writer, fed through a bounded queue.
+"""The disk side of the flight log: one thread that owns the file, fed through a bounded queue.
 
-``mcap.writer.Writer`` is not thread-safe, and a disk may stall: nobody but this thread touches either. Chunks are cut
-by the records' own time (every 0.25 s of flight) and at every event, never by wall time: the same records give the
-same bytes, and ``kill -9`` costs at most the last quarter of a second.
+A disk may stall or fill up: nobody but this thread touches it, and a flight loses records rather than time. Chunks are
+cut by the records' own time (every 0.25 s of flight) and at every event: the same records give the same bytes, and
+``kill -9`` costs at most the last second. A disk that fails ends the log, not the flight; what was lost is counted.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import shutil
 import threading
 from collections import Counter, deque
 from collections.abc import Mapping
+from operator import itemgetter
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
-
-from mcap.writer import CompressionType, Writer
+from typing import BinaryIO, TypeAlias
 
 from deploy.errors import LogFileError
 from deploy.flightlog.encode import log_line, to_json
+from deploy.flightlog.mcapfile import McapFile
 from deploy.flightlog.topics import find_topic, json_schema
 
 PROFILE = "ergoflie-flight"
@@ -27,15 +27,11 @@ FLUSH_INTERVAL = 250_000_000  # ns of flight time
 CAPACITY = 100_000  # records waiting for the disk, a few dozen MB at most
 PATIENCE = 1.0  # s to wait for room in the queue before looking whether the writer still lives
 NAP = 0.05  # s the writer sleeps when it has nothing to do; events wake it, other records wait for company
+IDLE_NAPS = 5  # naps without a record after which a flight's last records are written all the same
 LEAST_FREE = 100_000_000  # bytes of free disk below which no flight starts: ten minutes of ten drones, twice
-
-
-class Item(NamedTuple):
-    """One encoded record on its way to the disk."""
-
-    time: int  # ns since the Unix epoch
-    topic: str
-    data: bytes
+# One encoded record on its way to the disk: ns since the Unix epoch, topic, data. A plain tuple: there are thousands.
+Item: TypeAlias = tuple[int, str, bytes]
+_ORDER = itemgetter(0, 1)
 
 
 class Recorder:
@@ -45,6 +41,10 @@ class Recorder:
         path: the log. epoch: flight clock zero [ns since the Unix epoch]. attachments, metadata: embedded at once.
         wait: whether :meth:`put` waits for a slow disk; otherwise it drops the item and counts it.
 
+    Attributes:
+        path: where the log is: ``<path>.part`` until it is closed without failure.
+        failure: why writing stopped; empty while all is well.
+
     Raises:
         LogFileError: the file exists, the folder cannot be written, or the disk is nearly full.
     """
@@ -52,8 +52,8 @@ class Recorder:
     def __init__(
         self, path: Path, epoch: int, attachments: Mapping[str, bytes], metadata: Mapping[str, str], wait: bool
     ) -> None:
-        self.failure = ""  # why writing stopped; empty while all is well
-        self._path, self._part = path, path.with_name(path.name + ".part")
+        self.failure = ""
+        self.path, self._final = path.with_name(path.name + ".part"), path
         self._wait = wait
         self._wake = threading.Event()
         self._room = threading.Event()
@@ -64,16 +64,13 @@ class Recorder:
         self._reported = 0
         self._closed = False
         self._channels: dict[str, int] = {}
-        self._sequences: Counter[int] = Counter()
-        self._schemas: dict[str, int] = {}
         self._last = epoch
-        self._stream = _open(path, self._part)
-        self._writer = Writer(self._stream, compression=CompressionType.ZSTD, enable_data_crcs=True)
+        self._stream = _create(self._final, self.path)
         try:
+            self._file = McapFile(self._stream, PROFILE)
             self._begin(epoch, attachments, metadata)
         except OSError as error:
-            self._stream.close()
-            self._part.unlink(missing_ok=True)
+            _discard(self._stream, self.path)
             raise LogFileError(f"{path}: cannot write the flight log: {error.strerror or error}") from error
         self._thread = threading.Thread(target=self._run, name="flight-log", daemon=True)
         self._thread.start()
@@ -83,7 +80,7 @@ class Recorder:
         while not (self._closed or self.failure):
             if len(self._items) < CAPACITY:
                 self._items.append(item)
-                if item.topic == "/events":
+                if item[1] == "/events":
                     self._wake.set()
                 return
             self._room.clear()
@@ -95,16 +92,12 @@ class Recorder:
 
     @property
     def dropped(self) -> int:
-        """Items lost because the disk could not keep up."""
+        """Items lost because the disk could not keep up, or failed."""
         with self._dropped_lock:
             return self._dropped.total()
 
     def close(self) -> None:
-        """Write what is left and finish the file. May be called again.
-
-        Raises:
-            LogFileError: the disk refused; the unfinished ``.part`` file stays and can be read.
-        """
+        """Write what is left and finish the file; ``path`` and ``failure`` say what became of it. May be repeated."""
         if self._closed:
             return
         self._write_the_rest()
@@ -112,18 +105,16 @@ class Recorder:
             if not self.failure:
                 self._finish()
         except OSError as error:
-            self.failure = error.strerror or str(error)
+            self._fail(error)
         finally:
-            self._stream.close()
-        if self.failure:
-            raise LogFileError(f"{self._part}: the flight log is incomplete: {self.failure}")
+            _close(self._stream)
 
     def abandon(self) -> None:
         """Stop as if the process had died: what was handed over is in the ``.part`` file, which stays unfinished."""
         if self._closed:
             return
         self._write_the_rest()
-        self._stream.close()
+        _close(self._stream)
 
     def _write_the_rest(self) -> None:
         self._closed = True
@@ -133,15 +124,15 @@ class Recorder:
 
     def _drop(self, item: Item) -> None:
         with self._dropped_lock:
-            self._dropped[item.topic] += 1
+            self._dropped[item[1]] += 1
+
+    def _fail(self, error: OSError) -> None:
+        self.failure = error.strerror or str(error)
 
     def _begin(self, epoch: int, attachments: Mapping[str, bytes], metadata: Mapping[str, str]) -> None:
-        self._writer.start(profile=PROFILE, library="ergoflie")
-        head = {**metadata, "format": str(FORMAT), "clock_epoch_ns": str(epoch)}
-        self._writer.add_metadata("ergoflie.flight", dict(sorted(head.items())))
+        self._file.describe("ergoflie.flight", {**metadata, "format": str(FORMAT), "clock_epoch_ns": str(epoch)})
         for name in sorted(attachments):
-            media = "application/octet-stream"
-            self._writer.add_attachment(epoch, epoch, name, media, attachments[name])
+            self._file.attach(name, attachments[name], media_type(name), epoch)
         self._flush(sync=True)
 
     def _run(self) -> None:
@@ -157,82 +148,88 @@ class Recorder:
     def _write_batches(self) -> None:
         """Batches of records, sorted by time and topic, one chunk each."""
         batch: list[Item] = []
-        while (item := self._next()) is not None:
+        while (item := self._next(batch)) is not None:
             if self.failure:
                 self._drop(item)
                 continue
             batch.append(item)
-            if item.topic == "/events" or item.time >= self._last + FLUSH_INTERVAL:
-                self._commit(batch, item.time)
-                batch = []
+            if item[1] == "/events" or item[0] >= self._last + FLUSH_INTERVAL:
+                self._commit(batch, item[0])
         self._commit(batch, self._last)
 
-    def _next(self) -> Item | None:
+    def _next(self, batch: list[Item]) -> Item | None:
         """The next record. A thread that slept on the queue would be woken, and interrupt the flight, by every one."""
+        naps = 0
         while True:
             try:
                 return self._items.popleft()
             except IndexError:
                 self._room.set()
-                self._wake.wait(NAP)
-                self._wake.clear()
+            if not self._wake.wait(NAP):
+                naps += 1
+            self._wake.clear()
+            # Where time is wall time, what waits for company must not wait for ever. Rehearsals repeat byte by byte.
+            if batch and naps == IDLE_NAPS and not self._wait:
+                self._commit(batch, batch[-1][0])
 
     def _commit(self, batch: list[Item], time: int) -> None:
-        if self.failure:
-            return
+        """Write a batch and empty it; what a failing disk does not take is counted."""
         try:
-            # Records of one instant come from several threads; sorting makes their order a property of the flight.
-            for item in sorted(batch, key=lambda item: item[:2]):
-                self._add(item)
-            self._report_drops(time)
-            self._flush(sync=any(item.topic == "/events" for item in batch))
+            if not self.failure:
+                self._write(batch, time)
         except OSError as error:
-            self.failure = error.strerror or str(error)
+            self._fail(error)
+        if self.failure:
+            for item in batch:
+                self._drop(item)
         self._last = max(self._last, time)
+        batch.clear()
 
-    def _report_drops(self, time: int) -> None:
+    def _write(self, batch: list[Item], time: int) -> None:
+        # Records of one instant come from several threads; sorting makes their order a property of the flight.
+        batch.sort(key=_ORDER)
+        channels = self._channels
+        messages = [(when, channels.get(topic) or self._register(topic), data) for when, topic, data in batch]
         dropped = self.dropped
         if dropped > self._reported:
             text = f"the log lost {dropped - self._reported} records: the disk cannot keep up"
-            self._add(Item(time, "/log", to_json(log_line(time, "warning", "flight-log", text))))
+            line = to_json(log_line(time, "warning", "flight-log", text))
+            messages.append((time, channels.get("/log") or self._register("/log"), line))
             self._reported = dropped
-
-    def _add(self, item: Item) -> None:
-        channel = self._channels.get(item.topic) or self._register(item.topic)
-        self._writer.add_message(channel, item.time, item.data, item.time, self._sequences[channel])
-        self._sequences[channel] += 1
+        self._file.chunk(messages)
+        self._flush(sync=any(item[1] == "/events" for item in batch))
 
     def _register(self, name: str) -> int:
         topic, robot = find_topic(name)
-        if topic.schema not in self._schemas:
-            self._schemas[topic.schema] = self._writer.register_schema(
-                topic.schema, "jsonschema", json_schema(topic).encode()
-            )
         about = {"frame": topic.frame, "clock": topic.clock, "rate": topic.rate, "doc": topic.doc, "robot": robot}
-        self._channels[name] = self._writer.register_channel(name, "json", self._schemas[topic.schema], about)
+        self._channels[name] = self._file.channel(name, topic.schema, json_schema(topic).encode(), about)
         return self._channels[name]
 
     def _flush(self, sync: bool) -> None:
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._stream.flush()
         if sync:
             os.fsync(self._stream.fileno())
 
     def _finish(self) -> None:
-        written = self._sequences.total()
         dropped = {f"dropped.{topic}": str(count) for topic, count in sorted(self._dropped.items())}
-        self._writer.add_metadata(
-            "ergoflie.summary", {"written": str(written), "dropped": str(self.dropped), **dropped}
-        )
-        self._writer.finish()  # type: ignore[no-untyped-call]
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        counts = {"written": str(self._file.written), "dropped": str(self.dropped)}
+        self._file.describe("ergoflie.summary", counts | dropped)
+        self._file.finish()
+        self._flush(sync=True)
         self._stream.close()
-        if self._path.exists():
-            raise FileExistsError(17, f"'{self._path}' appeared during the flight")
-        self._part.rename(self._path)
+        if self._final.exists():
+            raise FileExistsError(17, f"'{self._final}' appeared during the flight")
+        self.path.rename(self._final)
+        self.path = self._final
 
 
-def _open(path: Path, part: Path) -> BinaryIO:
+def media_type(name: str) -> str:
+    """Media type of an attachment by its name."""
+    kinds = {".yaml": "application/yaml", ".json": "application/json", ".png": "image/png"}
+    return kinds.get(Path(name).suffix, "application/octet-stream")
+
+
+def _create(path: Path, part: Path) -> BinaryIO:
     """Create the unfinished file, or say why it cannot be."""
     if path.suffix != ".mcap":
         raise LogFileError(f"{path}: a flight log's name ends in .mcap")
@@ -248,3 +245,17 @@ def _open(path: Path, part: Path) -> BinaryIO:
         return part.open("xb")
     except OSError as error:
         raise LogFileError(f"{path}: cannot write the flight log: {error.strerror or error}") from error
+
+
+def _close(stream: BinaryIO) -> None:
+    """Close a stream whose disk may refuse the last bytes: that has been said already."""
+    try:
+        stream.close()
+    except OSError:
+        return
+
+
+def _discard(stream: BinaryIO, part: Path) -> None:
+    """Take back a file that was hardly begun."""
+    _close(stream)
+    part.unlink(missing_ok=True)

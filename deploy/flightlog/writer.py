@@ -5,13 +5,14 @@ Callers only encode and append; ``recorder.Recorder`` owns the file and the thre
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self
 
-from deploy.flightlog.encode import NANOSECONDS, log_line, pose_to_json, to_json, vector
-from deploy.flightlog.recorder import Item, Recorder
+from deploy.flightlog.encode import NANOSECONDS, log_line, pose_to_json, to_json, vectors_to_json
+from deploy.flightlog.recorder import Recorder
 from deploy.flightlog.topics import find_topic
 
 
@@ -40,9 +41,8 @@ class FlightLog:
         metadata: Mapping[str, str],
         when_full: Literal["drop", "wait"] = "drop",
     ) -> None:
-        self.path = Path(path)
         self._epoch = round(clock_epoch * NANOSECONDS)
-        self._recorder = Recorder(self.path, self._epoch, attachments, metadata, wait=when_full == "wait")
+        self._recorder = Recorder(Path(path), self._epoch, attachments, metadata, wait=when_full == "wait")
 
     # ------------------------------------------------------------------------------------------------ records
 
@@ -53,14 +53,12 @@ class FlightLog:
             ValueError: the topic is not in ``topics.TOPICS``.
             TypeError: a value of the record has no JSON form.
         """
-        find_topic(topic)
-        self._recorder.put(Item(self._nanoseconds(t), topic, to_json(record)))
+        self._put(topic, self._nanoseconds(t), to_json(record))
 
     def pose(self, robot: str, t: float, position: Sequence[float], quaternion: Sequence[float] | None = None) -> None:
         """A robot's measured pose: position [m], quaternion x, y, z, w (body to world)."""
-        topic, time = f"/{robot}/pose", self._nanoseconds(t)
-        find_topic(topic)
-        self._recorder.put(Item(time, topic, pose_to_json(time, position, quaternion)))
+        time = self._nanoseconds(t)
+        self._put(f"/{robot}/pose", time, pose_to_json(time, position, quaternion))
 
     def estimate(
         self,
@@ -72,8 +70,8 @@ class FlightLog:
         tick: int | None = None,
     ) -> None:
         """The drone's own estimate: [m], [m/s], roll, pitch, yaw [rad], its time stamp [ms]."""
-        record = {"position": vector(position), "velocity": vector(velocity), "attitude": vector(attitude)}
-        self.write(f"/{robot}/estimate", t, {**record, "tick": tick})
+        data = vectors_to_json(("position", "velocity", "attitude"), (position, velocity, attitude), {"tick": tick})
+        self._put(f"/{robot}/estimate", self._nanoseconds(t), data)
 
     def setpoint(
         self,
@@ -85,25 +83,23 @@ class FlightLog:
         tick: int | None = None,
     ) -> None:
         """What the drone's controller is asked for: [m], [m/s], [rad/s], its time stamp [ms]."""
-        record: dict[str, object] = {"position": vector(position), "yaw_rate": yaw_rate, "tick": tick}
-        if velocity is not None:
-            record["velocity"] = vector(velocity)
-        self.write(f"/{robot}/setpoint", t, record)
+        numbers = {"yaw_rate": yaw_rate, "tick": tick}
+        data = vectors_to_json(("position", "velocity"), (position, velocity), numbers)
+        self._put(f"/{robot}/setpoint", self._nanoseconds(t), data)
 
     def reference(
         self, robot: str, t: float, position: Sequence[float], velocity: Sequence[float] | None = None
     ) -> None:
         """Where the certified trajectory is: [m], [m/s]."""
-        record: dict[str, object] = {"position": vector(position)}
-        if velocity is not None:
-            record["velocity"] = vector(velocity)
-        self.write(f"/{robot}/reference", t, record)
+        data = vectors_to_json(("position", "velocity"), (position, velocity), {})
+        self._put(f"/{robot}/reference", self._nanoseconds(t), data)
 
     def battery(
         self, robot: str, t: float, voltage: float, level: float | None = None, state: int | None = None
     ) -> None:
         """Battery: [V], [%], pm.state."""
-        self.write(f"/{robot}/battery", t, {"voltage": voltage, "level": level, "state": state})
+        data = vectors_to_json((), (), {"voltage": voltage, "level": level, "state": state})
+        self._put(f"/{robot}/battery", self._nanoseconds(t), data)
 
     def link(
         self,
@@ -123,7 +119,7 @@ class FlightLog:
 
     def supervisor(self, robot: str, t: float, bits: int, names: Sequence[str] = ()) -> None:
         """The firmware's supervisor state."""
-        self.write(f"/{robot}/supervisor", t, {"bits": bits, "names": list(names)})
+        self._put(f"/{robot}/supervisor", self._nanoseconds(t), _supervisor_to_json(bits, tuple(names)))
 
     def motors(self, robot: str, t: float, power: Sequence[int]) -> None:
         """What each motor is commanded: m1 to m4, 0..65535."""
@@ -157,11 +153,16 @@ class FlightLog:
         """Why writing stopped (a full disk, say); empty while all is well. The flight goes on without a log."""
         return self._recorder.failure
 
+    @property
+    def path(self) -> Path:
+        """Where the log is: ``<path>.part`` until it is closed without failure."""
+        return self._recorder.path
+
     def close(self) -> None:
         """Write what is left, finish the file and give it its name. May be called again.
 
-        Raises:
-            LogFileError: the disk refused; the unfinished ``.part`` file stays and can be read.
+        Never an error: a flight is over by then. If the disk refused, ``failure`` says so, and the unfinished
+        ``.part`` file, which is ``path``, stays and can be read.
         """
         self._recorder.close()
 
@@ -177,6 +178,16 @@ class FlightLog:
     ) -> None:
         self.close()
 
+    def _put(self, topic: str, time: int, data: bytes) -> None:
+        find_topic(topic)
+        self._recorder.put((time, topic, data))
+
     def _nanoseconds(self, t: float) -> int:
         # Added as integers: a double holding today's Unix time resolves no better than 0.2 µs.
         return self._epoch + round(t * NANOSECONDS)
+
+
+@functools.lru_cache(maxsize=256)
+def _supervisor_to_json(bits: int, names: tuple[str, ...]) -> bytes:
+    """There are few states of a supervisor, and each is written ten times a second."""
+    return to_json({"bits": bits, "names": names})

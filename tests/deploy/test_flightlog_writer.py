@@ -1,5 +1,7 @@
 """The flight recorder: crash-safe, deterministic, never in the flight's way."""
 
+import errno
+import io
 import json
 import os
 import signal
@@ -17,7 +19,7 @@ from mcap.reader import make_reader
 
 from deploy.errors import LogFileError
 from deploy.flightlog import recorder
-from deploy.flightlog.encode import pose_in_frame, pose_to_json, to_json
+from deploy.flightlog.encode import pose_in_frame, pose_to_json, to_json, vector, vectors_to_json
 from deploy.flightlog.reader import read_log
 from deploy.flightlog.topics import TOPICS, find_topic, json_schema
 from deploy.flightlog.writer import FlightLog
@@ -101,6 +103,20 @@ def test_poses_written_out_are_what_the_encoder_writes(time, position, quaternio
     assert pose_to_json(time, position, quaternion) == to_json(pose_in_frame(time, position, quaternion))
 
 
+numbers = st.none() | st.integers(-9, 9) | st.floats() | st.floats(width=32).map(np.float32)
+
+
+@given(
+    st.lists(st.tuples(*[st.floats()] * 3) | st.just((1, 2, 3)) | st.just(np.ones(3)), min_size=2, max_size=2),
+    st.fixed_dictionaries({"a": numbers, "b": numbers}),
+)
+def test_telemetry_written_out_is_what_the_encoder_writes(vectors, rest):
+    names = ("position", "velocity")
+    expected = to_json({**dict(zip(names, map(vector, vectors), strict=True)), **rest})
+    assert vectors_to_json(names, vectors, rest) == expected
+    assert vectors_to_json(names, (vectors[0], None), rest) == to_json({"position": vector(vectors[0]), **rest})
+
+
 def test_same_records_give_the_same_bytes_whatever_the_threads_do(tmp_path):
     def write(path, threaded):
         with open_log(path, when_full="wait") as log:
@@ -166,28 +182,74 @@ def test_a_stuck_disk_costs_records_not_time(tmp_path, monkeypatch):
     assert len(record.of("cf1", "battery")) + record.dropped in (100, 101, 102)
 
 
-def test_a_disk_that_fails_in_flight_stops_the_log_not_the_flight(tmp_path, monkeypatch):
-    log = open_log(tmp_path / "a.mcap")
+class FullDisk(io.BytesIO):
+    """A file on a disk with little room."""
 
-    def full(**_):
-        raise OSError(28, "No space left on device")
+    def __init__(self, room):
+        super().__init__()
+        self.room = room
 
-    monkeypatch.setattr(log._recorder, "_flush", full)
-    for i in range(50):
+    def write(self, data):
+        if self.tell() + len(data) > self.room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return super().write(data)
+
+    def close(self):
+        pass  # the test still wants to see what is on it
+
+    def fileno(self):
+        return self.null.fileno()
+
+
+@pytest.fixture
+def full_disk(monkeypatch):
+    """Whatever is opened next has so much room."""
+    with open(os.devnull, "wb") as FullDisk.null:
+
+        def make(room):
+            disk = FullDisk(room)
+            monkeypatch.setattr(recorder, "_create", lambda path, part: part.touch() or disk)
+            monkeypatch.setattr(recorder.os, "fsync", lambda number: None)
+            return disk
+
+        yield make
+
+
+def test_a_disk_that_fills_up_in_flight_stops_the_log_not_the_flight(tmp_path, full_disk):
+    disk = full_disk(6000)
+    log = open_log(tmp_path / "a.mcap", when_full="wait")
+    for i in range(500):
         log.event(float(i), "phase", "go")
-    with pytest.raises(LogFileError, match="No space left"):
-        log.close()
-    assert "No space left" in log.failure
+    log.close()
+    log.close()
+    assert log.failure == "No space left on device"
+    assert log.path == tmp_path / "a.mcap.part"
     assert not (tmp_path / "a.mcap").exists()
+    log.path.write_bytes(disk.getvalue()[:6000])
+    record = read_log(log.path)
+    assert not record.complete
+    # Every record is on the disk or counted.
+    kept = len(record.series["/events"]) + len(record.series["/log"])
+    assert kept > 20
+    assert kept + log.dropped == 1000
+
+
+@pytest.mark.parametrize("room", [0, 5, 100])
+def test_a_disk_that_is_full_before_the_flight_is_an_error_before_the_flight(tmp_path, full_disk, room):
+    full_disk(room)
+    with pytest.raises(LogFileError, match="cannot write the flight log: No space left"):
+        open_log(tmp_path / "a.mcap")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_bug_in_the_writer_thread_is_not_a_complete_log(tmp_path, monkeypatch):
     log = open_log(tmp_path / "a.mcap", when_full="wait")
-    monkeypatch.setattr(log._recorder, "_add", None)
+    monkeypatch.setattr(log._recorder, "_write", None)
     log.event(0.0, "phase", "go")
-    with pytest.raises(LogFileError, match="ended with an error"):
-        log.close()
+    log.close()
+    assert "ended with an error" in log.failure
+    assert log.path.suffix == ".part"
 
 
 def test_refused_before_the_flight(tmp_path, monkeypatch):
