@@ -19,6 +19,7 @@ from deploy.radio.cache import toc_cache
 from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.model import AirModel, stations
 from deploy.radio.simulated.physics.world import World
+from deploy.radio.simulated.positioning import OnboardPositioning
 from deploy.radio.simulated.swarm import SimulatedSwarm
 from deploy.scenario.aftermath import watch_alone
 from deploy.scenario.director import Director
@@ -27,14 +28,16 @@ from deploy.scenario.killed import HostDied, ProcessKilled
 from deploy.scenario.log import RehearsalLog
 from deploy.scenario.records import Scenario
 from missions.airframes import airframe
+from missions.decks import DECKS, DeckName
 from missions.fleet import pads
 from missions.schema import Mission
 from mocap.setup import seen_by
 from mocap.simulated import SimulatedMocap
-from mocap.source import Pose
+from mocap.source import MocapSource, Pose
 from planner.flightplan import FlightPlan
 
 _MOCAP_RATE = 100.0  # Hz
+_POSITIONING: DeckName = "lighthouse4"  # the one that the simulation has poses from
 _PATIENCE = 60.0  # s of wall time
 
 
@@ -48,7 +51,7 @@ class Stage:
         speed: at most this many times faster than wall time; None: as fast as possible.
         label: host part of the sim:// URIs.
         air: the radio; None: an ideal one.
-        decks: board names of what is plugged into every drone.
+        decks: what is plugged into every drone besides what the mission says.
 
     Attributes:
         world, clock, mocap, swarm, air: the parts.
@@ -64,7 +67,7 @@ class Stage:
         speed: float | None = None,
         label: str = "rehearsal",
         air: AirModel | None = None,
-        decks: tuple[str, ...] = (),
+        decks: tuple[DeckName, ...] = (),
     ) -> None:
         names = [robot.name for robot in mission.robots]
         places = np.column_stack([pads(mission), np.zeros(len(names))])
@@ -80,11 +83,15 @@ class Stage:
         self.air = None
         if air is not None:
             self.air = Air(air, stations(mission), seed=seed, held=lambda: self.clock.held)
+        boards = {
+            robot.name: tuple(DECKS[deck].board for deck in dict.fromkeys((*robot.decks, *decks)))
+            for robot in mission.robots
+        }
         self.swarm = SimulatedSwarm(
-            names, self.world, self.clock, label=label, auto_arm=arms_itself, airframe=frame, decks=decks, air=self.air
+            names, self.world, self.clock, label=label, auto_arm=arms_itself, airframe=frame, decks=boards, air=self.air
         )
         self.operator = Interrupts()
-        self._mission = mission
+        self._mission, self._seed = mission, seed
         self._killed: ProcessKilled | None = None
         self._director: Director | None = None
         self.clock.attach(self._act, lambda timeout: True)
@@ -110,6 +117,17 @@ class Stage:
         self._director = Director(scenario, self._mission, props, log)
         log.listener = self._director.hear
         return props
+
+    def begin(self) -> None:
+        """Let happen what happens before anybody connects. Raises ProcessKilled."""
+        self._act(0.0)
+
+    def position(self) -> MocapSource | None:
+        """What tells where drones are: motion capture, or, if all have Lighthouse decks, those (then None)."""
+        if not all(_POSITIONING in robot.decks for robot in self._mission.robots):
+            return self.capture
+        OnboardPositioning(self.world, list(self.swarm.drones.values()), self._seed)
+        return None
 
     def _live(self, t: float) -> None:
         if self._killed is not None:
@@ -148,6 +166,7 @@ def rehearse(
     observer: Callable[[FlightStatus], None] | None = None,
     operator: Operator | None = None,
     scenario: Scenario | None = None,
+    witness: Callable[[Stage], None] | None = None,
 ) -> tuple[FlightOutcome, Path]:
     """Fly a plan on simulated drones, over a radio as the mission says.
 
@@ -159,6 +178,7 @@ def rehearse(
         observer: told ten times a simulated second how it goes.
         operator: who may end the flight.
         scenario: what goes wrong; default: nothing.
+        witness: shown the stage before anybody flies, to see what really happens.
 
     Returns:
         How it ended, and the log.
@@ -181,12 +201,15 @@ def rehearse(
         Stage(mission, seed=seed, speed=speed, air=AirModel.of(mission)) as stage,
         RehearsalLog(log_path, stage.clock.epoch, attachments, metadata, when_full="wait") as log,
     ):
+        if witness is not None:
+            witness(stage)
         props = None if scenario is None else stage.play(scenario, log)
         try:
+            stage.begin()
             outcome = fly(
                 flight_plan,
                 uris=stage.swarm.uris(),
-                mocap=stage.capture,
+                mocap=stage.position(),
                 clock=stage.clock,
                 log=log,
                 operator=Either(operator or Nobody(), stage.operator),

@@ -11,6 +11,7 @@ from deploy.radio.simulated.positioning import MocapRelay, OnboardPositioning
 from deploy.radio.simulated.server import FIRST_PORT, UdpServer
 from deploy.radio.supervisor import Supervisor
 from deploy.rehearsal import Stage
+from missions.decks import DeckName
 from missions.schema import Mission
 
 TICK = 0.01  # [s] of the firmware
@@ -71,7 +72,7 @@ class Served:
         seed: int = 0,
     ) -> None:
         self._clock = clock
-        decks = ("bcLighthouse4",) if positioning == "onboard" else ()
+        decks: tuple[DeckName, ...] = ("lighthouse4",) if positioning == "onboard" else ()
         self._stage = Stage(mission, seed=seed, label=f"served-{id(self)}", decks=decks)
         drones = self._stage.swarm.drones
         self.lost = 0.0

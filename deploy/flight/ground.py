@@ -19,6 +19,7 @@ from deploy.preflight import SETTLED_DEVIATION, DroneFacts, PreflightCheck, chec
 from deploy.radio.drone import Drone
 from deploy.radio.memory import TRAJECTORY
 from deploy.upload import upload
+from missions.decks import DECKS, DeckName
 from missions.schema import Mission
 
 _CONTROLLERS = {"pid": 1, "mellinger": 2}
@@ -27,13 +28,6 @@ _KALMAN = 2
 _SETTLED_POSITION, _SETTLED_VELOCITY = SETTLED_DEVIATION, 0.2  # m, m/s
 _SETTLED_AGREEMENT = 0.03  # m, between estimate and motion capture; the pre-flight check allows a little more
 _SETTLED_FOR = 1.0  # s
-# Read-only parameters that say whether a deck is there (lighthouse_deck, locodeck.c, flowdeck_v1v2.c).
-POSITIONING_DECKS = {
-    "Lighthouse": "deck.bcLighthouse4",
-    "Loco": "deck.bcDWM1000",
-    "Flow": "deck.bcFlow",
-    "Flow 2": "deck.bcFlow2",
-}
 Names: TypeAlias = Collection[str]
 Failures: TypeAlias = dict[str, DeployError]
 
@@ -74,9 +68,9 @@ def connect(flight: Flight, names: Names) -> Failures:
     return failures
 
 
-def decks(drone: Drone) -> tuple[str, ...] | None:
-    """Positioning decks a drone has by its own word; None if its firmware knows of none. Raises LinkError."""
-    known = {deck: parameter for deck, parameter in POSITIONING_DECKS.items() if drone.has_parameter(parameter)}
+def decks(drone: Drone) -> tuple[DeckName, ...] | None:
+    """Decks a drone has found, by its own word; None if its firmware knows of none. Raises LinkError."""
+    known = {deck: kind.parameter for deck, kind in DECKS.items() if drone.has_parameter(kind.parameter)}
     return tuple(deck for deck, parameter in known.items() if drone.read_parameter(parameter)) if known else None
 
 

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from deploy.flight.timing import Latency
 from deploy.phases import Phase
 from deploy.preflight import PreflightReport
+from missions.decks import DeckName
 
 Vec3 = tuple[float, float, float]
 
@@ -20,13 +21,13 @@ class Ready:
 
     Attributes:
         firmware: version text. memory: trajectory memory [bytes], 0 if none.
-        decks: positioning decks; None if its firmware knows of none.
+        decks: that it has found; None if its firmware knows of none.
         parameters: on-board parameters that were set and read back.
     """
 
     firmware: str
     memory: int
-    decks: tuple[str, ...] | None
+    decks: tuple[DeckName, ...] | None
     parameters: Mapping[str, float]
 
 

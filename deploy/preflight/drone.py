@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from deploy.preflight.records import PreflightCheck, Result, judge
 from deploy.radio.link import LinkState
 from deploy.radio.supervisor import Supervisor
+from missions.decks import DECKS, DeckName
 from missions.fleet import pad_of
 from missions.schema import Mission
 from planner.flightplan import FlightPlan
@@ -38,7 +39,7 @@ class DroneFacts:
         pose: where motion capture sees it [m], None without one. pose_age: [s].
         estimate: where it believes to be [m]. tilt: from the vertical [rad], NaN if unknown.
         parameters: on-board parameters that were set and read back.
-        decks: positioning decks; None if the firmware knows of none.
+        decks: that it has found; None if the firmware knows of none.
         deviation: of the estimated position by the filter's own account [m]; NaN if unknown.
     """
 
@@ -54,7 +55,7 @@ class DroneFacts:
     estimate: Vec3 | None
     tilt: float
     parameters: Mapping[str, float]
-    decks: tuple[str, ...] | None = None
+    decks: tuple[DeckName, ...] | None = None
     deviation: float = math.nan
 
 
@@ -69,6 +70,7 @@ def check_drone(plan: FlightPlan, drone: DroneFacts, external: bool) -> tuple[Pr
     return (
         *_link_checks(drone),
         *_machine_checks(plan, drone),
+        *_deck_checks(plan.mission, drone),
         *_position_checks(drone, external),
         *_place_checks(plan.mission, drone, external),
     )
@@ -155,15 +157,29 @@ def _machine_checks(plan: FlightPlan, drone: DroneFacts) -> list[PreflightCheck]
     ]
 
 
+def _deck_checks(mission: Mission, drone: DroneFacts) -> list[PreflightCheck]:
+    """The decks that the mission says are on it; one that is not pushed home is not there."""
+    wanted = next(robot.decks for robot in mission.robots if robot.name == drone.robot)
+    if not wanted:
+        return []
+    good = set(wanted) <= set(drone.decks or ())
+    remedy = "push the decks home and restart the drone, or change 'decks' in the mission"
+    return [judge("decks", drone.robot, good, _found(drone), ", ".join(wanted), remedy)]
+
+
+def _found(drone: DroneFacts) -> str:
+    return "firmware knows of none" if drone.decks is None else ", ".join(drone.decks) or "none"
+
+
 def _position_checks(drone: DroneFacts, external: bool) -> list[PreflightCheck]:
     """Something tells the drone where it is, and its filter believes it."""
     robot, checks = drone.robot, []
     if not external:
-        decks = "firmware knows of none" if drone.decks is None else ", ".join(drone.decks) or "none"
         # A warning only: somebody else's computer may send positions. Without any the estimator is not sure.
-        result: Result = "pass" if drone.decks else "warning"
-        remedy = "" if drone.decks else "fly with --mocap, or mount a deck that knows where it is"
-        checks.append(PreflightCheck("positioning deck", robot, result, decks, "one that tells positions", remedy))
+        result: Result = "pass" if any(DECKS[deck].positions for deck in drone.decks or ()) else "warning"
+        remedy = "" if result == "pass" else "fly with --mocap, or mount a deck that knows where it is"
+        able = ", ".join(deck for deck, kind in DECKS.items() if kind.positions)
+        checks.append(PreflightCheck("positioning deck", robot, result, _found(drone), f"one of {able}", remedy))
     if not math.isnan(drone.deviation):
         checks.append(
             judge(

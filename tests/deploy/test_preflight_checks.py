@@ -42,7 +42,7 @@ def results(*drones, external=True):
 
 def test_two_good_drones_pass():
     assert results(facts("cf1"), facts("cf2")) == {}
-    assert results(facts("cf1", pose=None, pose_age=math.inf, decks=("Flow 2",)), external=False) == {}
+    assert results(facts("cf1", pose=None, pose_age=math.inf, decks=("flow2",)), external=False) == {}
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,27 @@ def test_the_log_has_to_be_written():
 def test_without_motion_capture_a_deck_should_know_where_the_drone_is():
     assert results(facts("cf1", decks=()), external=False) == {("positioning deck", "cf1"): "warning"}
     assert results(facts("cf1", decks=None), external=False) == {("positioning deck", "cf1"): "warning"}
+    assert results(facts("cf1", decks=("multiranger",)), external=False) == {("positioning deck", "cf1"): "warning"}
     assert results(facts("cf1", decks=()), external=True) == {}
+
+
+@pytest.mark.parametrize("found", [(), ("flow2",), None])
+def test_decks_of_the_mission_have_to_be_there(found):
+    mission = dataclasses.replace(
+        PLAN.mission,
+        robots=(dataclasses.replace(PLAN.mission.robots[0], decks=("lighthouse4",)), PLAN.mission.robots[1]),
+    )
+    plan = dataclasses.replace(PLAN, mission=mission)
+
+    def deck_checks(decks):
+        return [c for c in check_drone(plan, facts("cf1", decks=decks), True) if c.name == "decks"]
+
+    (check,) = deck_checks(found)
+    assert check.result == "failure"
+    assert check.limit == "lighthouse4"
+    assert "push the decks home" in check.remedy
+    (check,) = deck_checks(("led_ring", "lighthouse4"))
+    assert check.result == "pass"
 
 
 def test_the_fence_and_the_radio_are_shown_with_what_is_left_of_them():

@@ -13,6 +13,7 @@ from deploy.radio.simulated.decks import DECKS, EEPROM_SIZE
 from deploy.radio.simulated.driver import unregister
 from deploy.radio.simulated.platform_defaults import platform_defaults
 from deploy.radio.simulated.swarm import SimulatedSwarm
+from missions import decks
 from missions.airframes import airframe
 from tests.deploy.ideal_world import TICK, IdealWorld
 from tests.deploy.simulated_bench import Bench
@@ -83,7 +84,7 @@ def test_defaults_are_the_airframes(kind):
 def test_cflib_reads_decks_while_it_connects():
     world = IdealWorld([(0.0, 0.0, 0.0)])
     with (
-        SimulatedSwarm(["cf"], world, label="decks", decks=("bcActiveM", "bcLighthouse4")) as swarm,
+        SimulatedSwarm(["cf"], world, label="decks", decks={"cf": ("bcActiveM", "bcLighthouse4")}) as swarm,
         SyncCrazyflie(swarm.uris()["cf"], cf=Crazyflie()) as scf,
     ):
         found = scf.cf.mem.get_mems(MemoryElement.TYPE_1W)
@@ -96,3 +97,14 @@ def test_cflib_reads_decks_while_it_connects():
         listed = [(place, m.name, m.is_started, m.supports_write) for place, m in memories.items()]
         assert listed == [(2, "bcLighthouse4", True, False)]
     unregister()
+
+
+def test_missions_know_the_decks_that_are_simulated_and_by_which_parameter_each_is_found():
+    assert {kind.board for kind in decks.DECKS.values()} == set(DECKS)
+    for kind in decks.DECKS.values():
+        assert kind.parameter.removeprefix("deck.") in DECKS[kind.board].parameters
+        alone = Bench(hardware=True, decks=(kind.board,))
+        found = {name for name, other in decks.DECKS.items() if parameter(alone, other.parameter) == b"\1"}
+        assert found == {name for name, other in decks.DECKS.items() if other is kind} | (
+            {"zranger2"} if kind.board == "bcFlow2" else set()  # whose sensor a flow deck has, too
+        )

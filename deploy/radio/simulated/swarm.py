@@ -19,6 +19,7 @@ from deploy.radio.simulated.interface import Firmware
 from missions.airframes import Airframe
 
 _TURN = 0.05  # [s] see _Turns
+_BARE: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 _SILENCE = 0.5  # [s] of a rebooting drone's silence until the radio would give up on it
 
 
@@ -72,7 +73,8 @@ class SimulatedSwarm:
         world: moves the bodies.
         clock: carries the world along and waits for clients to digest; None when the caller drives the world itself.
         label: host part of the URIs.
-        auto_arm, airframe, decks: of every drone, see :class:`SimulatedCrazyflie`.
+        auto_arm, airframe: of every drone, see :class:`SimulatedCrazyflie`.
+        decks: board names of what is plugged in, by drone; nothing into those that are not in it.
         air: the radio between them and their clients; None: an ideal one.
 
     Raises:
@@ -88,13 +90,15 @@ class SimulatedSwarm:
         label: str = "swarm",
         auto_arm: bool = True,
         airframe: Airframe | None = None,
-        decks: tuple[str, ...] = (),
+        decks: Mapping[str, tuple[str, ...]] = _BARE,
         air: Air | None = None,
     ) -> None:
         if len(set(names)) != len(names):
             raise ValueError(f"drone names must be distinct; got {list(names)}")
         self._drones = {
-            name: SimulatedCrazyflie(name, address=(i + 1) & 0xFF, auto_arm=auto_arm, airframe=airframe, decks=decks)
+            name: SimulatedCrazyflie(
+                name, address=(i + 1) & 0xFF, auto_arm=auto_arm, airframe=airframe, decks=decks.get(name, ())
+            )
             for i, name in enumerate(names)
         }
         self._label, self._world = label, world
