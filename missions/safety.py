@@ -42,6 +42,10 @@ class Safety:
     link: Policy = field("a lost link, or a robot that is silent for 2 s", default="land_all")
     supervisor: Policy = field("a robot that tumbled, is locked, crashed or may not fly", default="land_all")
     pose: Policy = field("a robot that nobody has seen for 1 s", default="land_all")
+    identity: Policy | Literal["go_on"] = field(
+        "motion capture took robots for each other; they are told their own poses all the same, by how they move",
+        default="land_all",
+    )
     tracking: Policy = field("a robot farther than flight.tracking_limit from its trajectory", default="land_all")
     separation: Policy = field("two robots that are, or are about to be, too close", default="land_all")
     geofence: Policy = field("a robot outside the geofence, or one that cannot stop inside", default="land_all")

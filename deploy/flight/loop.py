@@ -33,6 +33,7 @@ from deploy.radio.fleet import Fleet
 from deploy.radio.requests import Reply, Request
 from missions.radio import pose_rates
 from mocap.errors import MocapError
+from mocap.gate import Incident
 from mocap.setup import in_world
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
@@ -318,9 +319,8 @@ class Flight:
 
     def _sense(self, now: float, look: bool) -> Reaction | None:
         """Poses, telemetry, watch; returns how the flight has to end, if it has to."""
-        reaction = None
         try:
-            self.poses.pump(now)
+            reaction = self._odd(self.poses.pump(now))
         except MocapError as error:
             reaction = Reaction(f"motion capture: {error}")
         for name, drone in self.fleet.items():
@@ -330,6 +330,18 @@ class Flight:
         if self.phases.airborne:
             return (self._look(now) if look else None) or reaction
         return self._lost_on_the_ground() or reaction
+
+    def _odd(self, incidents: Collection[Incident]) -> Reaction | None:
+        """Write down what is odd about motion capture; what changed names leads to is the mission's to say."""
+        policy, swaps = self.plan.mission.safety.identity, [item for item in incidents if item.kind == "swap"]
+        for incident in incidents:
+            level: Level = "info" if incident.kind == "again" else "warning"
+            who = "–".join(incident.robots) if len(incident.robots) < len(self.fleet) or len(self.fleet) == 2 else ""
+            self.event("mocap", incident.text, robot=who, level=level, value=incident.value)
+        if not swaps or policy == "go_on":
+            return None
+        about = [robot for swap in swaps for robot in swap.robots]
+        return Reaction("; ".join(swap.text for swap in swaps), policy, about, since=self.turned)
 
     def _lost_on_the_ground(self) -> Reaction | None:
         if self.phases.now is not Phase.ARMED:

@@ -101,6 +101,7 @@ class Muster:
         for item in remaining.failures:
             flight.event("preflight", item.text, robot=item.robot, level="fault")
         remaining.require()
+        flight.poses.close_gate()
         flight.enter(Phase.CHECKED)
         self._upload()
         flight.note_ground()

@@ -1,4 +1,4 @@
-"""Motion capture to drones: newest pose first, stale ones dropped."""
+"""Motion capture to drones: what cannot be is kept from them (mocap/gate.py), newest pose first, stale ones dropped."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from deploy.flightlog.writer import FlightLog
 from deploy.radio.fleet import Fleet
+from mocap.gate import Gate, Incident, Word
 from mocap.source import MocapFrame, MocapSource, Pose
 
 Vec3 = tuple[float, float, float]
@@ -55,29 +56,35 @@ class Poses:
         self._arrivals: deque[Arrival] = deque(maxlen=1000)
         self._sent: deque[float] = deque(maxlen=10_000)
         self._last: MocapFrame | None = None
+        self._gate = Gate(bodies, self._word)
 
     @property
     def external(self) -> bool:
         """Whether there is motion capture at all."""
         return self._source is not None
 
-    def pump(self, now: float) -> None:
-        """Take what motion capture has and send each drone its newest pose when it is due.
+    def close_gate(self) -> None:
+        """Everybody was seen where he should be: from now on names and jumps are not believed without a witness."""
+        self._gate.close()
+
+    def pump(self, now: float) -> list[Incident]:
+        """Take what motion capture has and send each drone its newest pose when it is due; returns what was odd.
 
         Raises:
             MocapError: motion capture is gone.
         """
+        incidents: list[Incident] = []
         if self._source is None:
-            return
+            return incidents
         for frame in self._source.poll():
             self._arrivals.append(Arrival(frame.t, now - frame.t))
             self._last = frame
             if frame.points:
                 flat = [coordinate for point in frame.points for coordinate in point]
                 self._log.write("/mocap/points", frame.t, {"points": flat})
-            for robot, body in self._bodies.items():
-                if body in frame.bodies:
-                    self._newest[robot] = Located(frame.t, frame.bodies[body])
+            admitted = self._gate.admit(frame)
+            incidents += admitted.incidents
+            self._newest |= {robot: Located(frame.t, pose) for robot, pose in admitted.poses.items()}
         for robot, seen in self._newest.items():
             # Half a tick of grace: a period that is no multiple of the tick must not lose every other pose.
             if now - seen.t <= STALE and seen.t >= self._due[robot] - 0.005:
@@ -85,6 +92,7 @@ class Poses:
                 self._fleet[robot].send_pose(seen.pose.position, seen.pose.quaternion)
                 self._sent.append(now)
                 self._log.pose(robot, seen.t, seen.pose.position, seen.pose.quaternion)
+        return incidents
 
     def send_no_more(self, robot: str) -> None:
         """Still look where a robot is, but send it no poses: nobody listens."""
@@ -116,8 +124,15 @@ class Poses:
             "points": len(self._last.points) if self._last else 0,
             "missing": [robot for robot, body in self._bodies.items() if body not in bodies],
             "doubtful": [robot for robot, body in self._bodies.items() if body in doubtful],
+            "refused": list(self._gate.refused),
         }
         self._log.write("/mocap", now, record)
+
+    def _word(self, robot: str) -> Word | None:
+        """What a robot says of itself; those whose link is gone say nothing, by the age of what they said."""
+        drone = self._fleet.get(robot)
+        estimate = None if drone is None else drone.estimate
+        return None if estimate is None else Word(estimate.t, estimate.position, estimate.velocity, estimate.rpy)
 
 
 def heading(pose: Pose) -> float:

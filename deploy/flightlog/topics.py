@@ -186,6 +186,7 @@ TOPICS: tuple[Topic, ...] = (
             Field("points", Kind.INTEGER, "", "unlabelled markers in the newest frame"),
             Field("missing", Kind.TEXTS, "", "robots without a pose in it"),
             Field("doubtful", Kind.TEXTS, "", "those of them whose marker could be another's"),
+            Field("refused", Kind.TEXTS, "", "robots whose newest poses could not be true and were not sent"),
         ),
         "",
         "flight clock",

@@ -174,23 +174,31 @@ def test_a_short_dropout_of_motion_capture_is_survived_and_a_long_one_lands_ever
     assert {event.robot for event in happened(log, "pose") if event.t < over} == {"cf1", "cf2"}
 
 
-def test_swapped_bodies_are_noticed(flown):
+def test_swapped_bodies_are_told_apart_and_all_land_with_poses_of_their_own(flown):
     outcome, log = flown("mocap_swap")
     (begun,) = happened(log, "scenario")
     assert outcome.phase is Phase.ABORTED
-    assert happened(log, "abort")[0].t - begun.t < 1.5
+    assert happened(log, "abort")[0].t - begun.t < 0.05
+    assert "cf1 is seen as 'cf2'" in outcome.reason
+    assert all(outcome.landed.values())
+    for name in ("cf1", "cf2"):
+        pose = log.series[f"/{name}/pose"]
+        assert np.linalg.norm(np.diff(pose["position"], axis=0), axis=1).max() < 0.05
+        assert np.diff(pose.t).max() < 0.05
+        assert outcome.largest_error[name] < 0.05
 
 
-def test_an_outlier_shows_in_the_log_and_nobody_lands(flown):
+def test_an_outlier_reaches_no_drone_and_nobody_lands(flown):
     outcome, log = flown("mocap_outlier")
     assert outcome.completed, outcome
     begun, over = (event.t for event in happened(log, "scenario"))
     assert over - begun == pytest.approx(0.03, abs=0.011)
-    # In the log, for sure: whether the watch, twenty times a second, sees it is a matter of phase.
-    seen = {name: log.series[f"/{name}/pose"]["position"][:, 0] for name in ("cf1", "cf2")}
-    jumps = {name: np.abs(np.diff(x)).max() for name, x in seen.items()}
-    assert jumps["cf1"] == pytest.approx(0.5, abs=0.05)
-    assert jumps["cf2"] < 0.05
+    refused, again = happened(log, "mocap")
+    assert (refused.robot, again.robot) == ("cf1", "cf1")
+    assert refused.value == pytest.approx(0.5, abs=0.05)
+    assert "3 poses" in again.text
+    for name in ("cf1", "cf2"):
+        assert np.abs(np.diff(log.series[f"/{name}/pose"]["position"][:, 0])).max() < 0.05
 
 
 def test_a_slow_link_shows_in_the_latency_and_commands_are_repeated(flown):
