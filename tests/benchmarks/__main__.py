@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tests.benchmarks import planner, reference, rehearsal, trajectories
+from tests.benchmarks import flightlog, long_log, planner, reference, rehearsal, trajectories
 
 
 def main() -> None:
@@ -18,6 +18,10 @@ def main() -> None:
     trajectories.run()
     print()
     rehearsal.run()
+    print()
+    flightlog.run()
+    print()
+    long_log.run()
 
 
 if __name__ == "__main__":
