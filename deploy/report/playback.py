@@ -8,7 +8,7 @@ import numpy as np
 
 from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.switches import timelines
-from deploy.report.heat import heat_image
+from deploy.heat import heat_image
 from deploy.report.packing import floats
 from missions.arrays import Array
 from missions.fleet import altitudes

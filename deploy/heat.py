@@ -1,4 +1,4 @@
-"""The information map as an image for the playback's floor."""
+"""Information maps as images: the floor of the playback, and of viewers of plans and logs."""
 
 from __future__ import annotations
 
