@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tests.benchmarks import flightlog, long_log, planner, reference, rehearsal, trajectories
+from tests.benchmarks import flightlog, long_log, pareto, planner, reference, rehearsal, trajectories
 
 
 def main() -> None:
@@ -16,6 +16,8 @@ def main() -> None:
     reference.run()
     print()
     trajectories.run()
+    print()
+    pareto.run()
     print()
     rehearsal.run()
     print()

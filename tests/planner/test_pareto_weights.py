@@ -104,7 +104,9 @@ def test_maps_that_span_no_simplex_are_named(phi, which):
 def test_more_plans_than_make_sense_are_refused_before_the_first():
     with pytest.raises(WeightSpaceError, match=r"steps of 0\.01 over 6 maps are \d+ plans; allowed: at most 5000"):
         simplex.grid(6, 0.01)
-    with pytest.raises(WeightSpaceError, match=r"steps of 0\.01 between these maps are about \d+ plans; allowed: at most"):
+    with pytest.raises(
+        WeightSpaceError, match=r"steps of 0\.01 between these maps are about \d+ plans; allowed: at most"
+    ):
         simplex.adaptive(maps(3)[1], 0.01, np.full(3, 1 / 3))
 
 
