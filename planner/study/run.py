@@ -5,16 +5,15 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Callable, Generator, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import closing
 from dataclasses import dataclass
-from multiprocessing import active_children, get_context
 from pathlib import Path
 
+from planner.pool import worker_pool
 from planner.study.record import COLUMNS, Run, Study, StudyError
-from planner.study.worker import Result, measure, start_worker
+from planner.study.worker import Result, measure
 
 POLL = 0.5  # [s] how often should_stop is asked while runs are under way
 
@@ -89,7 +88,7 @@ def _parallel(
     workers = min(processes or os.cpu_count() or 1, max(len(missing), 1))
     waiting = iter(missing)
     under_way: dict[Future[Result], Run] = {}
-    with _pool(workers) as pool:
+    with worker_pool(workers, StudyError) as pool:
         while True:
             while len(under_way) < workers and not stop() and (run := next(waiting, None)) is not None:
                 under_way[pool.submit(measure, run.mission, study.folder, study.stage)] = run
@@ -98,26 +97,6 @@ def _parallel(
             ended, _ = wait(under_way, timeout=POLL, return_when=FIRST_COMPLETED)
             for future in ended:
                 yield under_way.pop(future), future.result()
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    # Spawned, not forked: a fork of a process with threads can hang.
-    others = set(active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=start_worker)
-    try:
-        yield pool
-    except BrokenProcessPool:
-        raise StudyError(
-            "a worker process was killed (out of memory?); finished runs are kept: run the study again, perhaps with "
-            "fewer processes"
-        ) from None
-    except BaseException:  # a second Ctrl-C: do not wait for runs under way
-        for worker in set(active_children()) - others:
-            worker.terminate()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _file(folder: Path, run: Run) -> Path:

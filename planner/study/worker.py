@@ -1,12 +1,8 @@
-"""What a worker process does: one run. NumPy is imported after the thread counts are set."""
+"""What a worker process does: one run. NumPy is imported after the thread counts are set, see :mod:`planner.pool`."""
 
 from __future__ import annotations
 
 import math
-import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,26 +10,7 @@ if TYPE_CHECKING:
     from missions.schema import Mission
     from planner.certificate.record import Indicators
 
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 Result = dict[str, Any]
-
-
-def start_worker() -> None:
-    """One thread each, unless the user said otherwise: there are as many processes as wanted already.
-
-    Ctrl-C goes to the whole process group, but it is the study that decides what becomes of runs under way. A study
-    that is killed takes its workers along, which would else wait for work for ever.
-    """
-    for name in THREADS:
-        os.environ.setdefault(name, "1")
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    if (parent := multiprocessing.parent_process()) is not None:
-        parent.join()
-        os._exit(1)
 
 
 def measure(tree: Mapping[str, Any], folder: str, stage: str) -> Result:

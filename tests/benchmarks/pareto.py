@@ -86,7 +86,10 @@ CASES = (
     Case("thinnest first, textbook", 3, thin(60), coded=False),
     Case("SLES d = 0.05, textbook", 3, sles(0.05), coded=False),
 )
-HEADER = f"{'front, one robot':28s} | {'authors: points, volume, CPU s':30s} | {'ask':12s} | points | CPU s  | volume | ideal"
+HEADER = (
+    f"{'front, one robot':36s} | {'authors: points, volume, CPU s':30s} | {'ask':12s} | "
+    "points | CPU s  | volume | ideal"
+)
 
 
 def measure(case: Case) -> str:

@@ -217,7 +217,7 @@ class TestRunning:
             for child in multiprocessing.active_children():
                 os.kill(child.pid, signal.SIGKILL)
 
-        with pytest.raises(StudyError, match="run the study again"):
+        with pytest.raises(StudyError, match="run the same again"):
             run_study(study, tmp_path / "out", processes=1, progress=kill_a_worker)
         assert len(rows_of(run_study(study, tmp_path / "out", processes=0))) == 2
 
