@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 from deploy.analysis.align import MissionWindow, Motion
 from deploy.analysis.coverage import Coverage
+from deploy.analysis.findings import Verdict
 from deploy.analysis.health import BatteryUse, LinkUse, PoseFeed
 from deploy.analysis.meetings import PairMeetings
 from deploy.analysis.separation import Separation
 from deploy.analysis.switches import FlownSwitch
+from deploy.analysis.timing import Timing
 from deploy.analysis.tracking import Tracking
-from deploy.analysis.verdict import Verdict
 from deploy.flightlog.reader import FlightRecord
 from planner.flightplan import FlightPlan
 
@@ -27,7 +28,8 @@ class FlightAnalysis:
         window: when the search was flown; None if it never began.
         motion: where everybody was; None if nobody was ever seen.
         switches: where legs of trajectories followed one another; empty if everybody had one.
-        coverage, tracking, separation, meetings, batteries, links, feeds: the figures, robots in the mission's order.
+        coverage, tracking, timings, separation, meetings, batteries, links, feeds: the figures,
+            robots in the mission's order.
         verdict: what to think of it.
     """
 
@@ -38,6 +40,7 @@ class FlightAnalysis:
     motion: Motion | None
     coverage: Coverage
     tracking: tuple[Tracking, ...]
+    timings: tuple[Timing, ...]
     switches: tuple[FlownSwitch, ...]
     separation: Separation | None
     meetings: tuple[PairMeetings, ...]

@@ -13,6 +13,7 @@ from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.timeline import Timeline
 
 _LAGS = np.arange(-0.2, 1.2001, 0.02)  # s, lags that are tried
+_FINE = 0.02  # s, steps at which a trajectory is as good as straight: 0.05 mm at 1 m/s²
 _LAG_SAMPLES = 3000  # positions compared; a long flight is thinned, not cut
 _LEAST_MOTION = 0.02  # m of standard deviation below which an axis says nothing about lag
 
@@ -24,6 +25,7 @@ class Tracking:
     Attributes:
         robot: name.
         t: (S,) mission time [s]. error: (S,) distance to the trajectory [m], NaN where the robot was not seen.
+        deviation: (S, 3) from the trajectory to the robot [m]. reference: (S, 3) the trajectory at these times [m].
         mean, p95, largest: of the error [m]; NaN without data. largest_at: mission time of the largest [s].
         lag: per axis x, y, z: how far behind the robot flew [s]; NaN for an axis that hardly moved.
         residual: mean error that is left when the mean lag is taken out [m].
@@ -33,6 +35,8 @@ class Tracking:
     robot: str
     t: Array
     error: Array
+    deviation: Array
+    reference: Array
     mean: float
     p95: float
     largest: float
@@ -67,21 +71,23 @@ def track(
         timeline: where in it the robot should have been, by flight clock: legs begin when they begin.
     """
     t, q = motion.during(window)
-    q, s = q[:, number], np.array([timeline.at(window.start + float(moment)) for moment in t])
-    error = np.linalg.norm(q - reference.evaluate(s)[:, :3], axis=1)
+    q, s = q[:, number], timeline.at_each(window.start + t)
+    r = reference.evaluate(s)[:, :3]
+    deviation = q - r
+    error = np.linalg.norm(deviation, axis=1)
     known = np.isfinite(error)
+    curves = frozen(t), frozen(error), frozen(deviation), frozen(r)
     if known.sum() < 2:
         nan = math.nan
-        return Tracking(robot, frozen(t), frozen(error), nan, nan, nan, nan, (nan, nan, nan), nan, 0.0)
-    lag = _lags(s[known], q[known], reference)
+        return Tracking(robot, *curves, nan, nan, nan, nan, (nan, nan, nan), nan, 0.0)
+    lag = lags(s[known], q[known], reference)
     finite = [value for value in lag if not math.isnan(value)]
     shift = sum(finite) / len(finite) if finite else 0.0
     late = np.linalg.norm(q[known] - reference.evaluate(s[known] - shift)[:, :3], axis=1)
     worst = int(np.nanargmax(error))
     return Tracking(
-        robot=robot,
-        t=frozen(t),
-        error=frozen(error),
+        robot,
+        *curves,
         mean=float(error[known].mean()),
         p95=float(np.percentile(error[known], 95)),
         largest=float(error[worst]),
@@ -92,13 +98,15 @@ def track(
     )
 
 
-def _lags(t: Array, q: Array, reference: PiecewisePolynomial) -> tuple[float, float, float]:
+def lags(t: Array, q: Array, reference: PiecewisePolynomial) -> tuple[float, float, float]:
     """Per axis, the shift of the reference that correlates best with what was flown (Pearson), to a parabola's top."""
     every = math.ceil(len(t) / _LAG_SAMPLES)
     t, flown = t[::every], q[::every] - q[::every].mean(axis=0)
+    grid = np.arange(t[0] - _LAGS[-1], t[-1] - _LAGS[0] + 2.0 * _FINE, _FINE)
+    path = reference.evaluate(grid)[:, :3]
     spread, correlation = np.empty((len(_LAGS), 3)), np.empty((len(_LAGS), 3))
     for row, lag in enumerate(_LAGS):
-        shifted = reference.evaluate(t - lag)[:, :3]
+        shifted = np.stack([np.interp(t - lag, grid, path[:, axis]) for axis in range(3)], axis=1)
         shifted = shifted - shifted.mean(axis=0)
         spread[row] = np.sqrt((shifted**2).mean(axis=0))
         correlation[row] = (shifted * flown).mean(axis=0)

@@ -4,83 +4,25 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from enum import IntEnum
+from collections.abc import Iterator
 
-from deploy.analysis.align import MissionWindow
-from deploy.analysis.coverage import Coverage
-from deploy.analysis.health import BatteryUse, LinkUse, PoseFeed
-from deploy.analysis.separation import Separation
-from deploy.analysis.tracking import Tracking
+from deploy.analysis.diagnosis import diagnose
+from deploy.analysis.evidence import Evidence
+from deploy.analysis.findings import Finding, Level, Verdict, ordered
 from deploy.flightlog.reader import FlightRecord
-from missions.schema import Mission
-from planner.certificate.record import Certificate
 
 SEPARATION_ALLOWANCE = 0.05  # m that drones may come closer than the mission's separation
 CLEARANCE_ALLOWANCE = 0.02  # m that drones may come closer to obstacles than planned: what good tracking takes
 TRACKING_LIMIT = 0.05  # m, mean error of a good flight
 LAG_WARNING = 0.2  # s
-GAP_WARNING = 0.3  # s without a pose
-QUALITY_WARNING = 90.0  # %, as Crazyswarm2 warns
 LANDED = "landed"
-
-
-class Level(IntEnum):
-    """How serious a finding is; the verdict is the worst of them."""
-
-    PASS = 0
-    WARN = 1
-    FAIL = 2
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that was judged: what about, how serious, one line for a person."""
-
-    level: Level
-    name: str
-    text: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """All findings, most serious first."""
-
-    findings: tuple[Finding, ...]
-
-    @property
-    def level(self) -> Level:
-        """The worst of them."""
-        return max((finding.level for finding in self.findings), default=Level.FAIL)
-
-    @property
-    def reasons(self) -> tuple[Finding, ...]:
-        """The findings that made the verdict what it is; for PASS, all."""
-        return tuple(finding for finding in self.findings if finding.level == self.level)
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What a verdict is made from."""
-
-    mission: Mission
-    certificate: Certificate
-    record: FlightRecord
-    window: MissionWindow | None
-    coverage: Coverage
-    tracking: Sequence[Tracking]
-    separation: Separation | None
-    batteries: Sequence[BatteryUse]
-    links: Sequence[LinkUse]
-    feeds: Sequence[PoseFeed]
 
 
 def judge(evidence: Evidence) -> Verdict:
     """Judge a flight by all of it."""
     judges = (_completion, _separation, _tracking, _landing, _faults, _meetings, _fence, _health, _log, _certificate)
     findings = [finding for judge_one in judges for finding in judge_one(evidence)]
-    return Verdict(tuple(sorted(findings, key=lambda finding: -finding.level)))
+    return ordered([*diagnose(evidence), *findings])
 
 
 def _completion(e: Evidence) -> Iterator[Finding]:
@@ -130,7 +72,7 @@ def _separation(e: Evidence) -> Iterator[Finding]:
     allowed = e.mission.limits.separation - SEPARATION_ALLOWANCE
     found, pair = e.separation.smallest, "–".join(e.separation.pair)
     level = Level.PASS if found >= allowed else Level.FAIL
-    text = f"smallest separation {found:.3f} m ({pair}, {_when(e, e.separation.at)}); allowed: {allowed:.2f} m"
+    text = f"smallest separation {found:.3f} m ({pair}, {e.when(e.separation.at)}); allowed: {allowed:.2f} m"
     yield Finding(level, "separation", text)
     if math.isfinite(clearance := e.separation.clearance):
         level = Level.FAIL if clearance < -SEPARATION_ALLOWANCE else Level.WARN
@@ -138,11 +80,6 @@ def _separation(e: Evidence) -> Iterator[Finding]:
         taken = f"tracking may take {CLEARANCE_ALLOWANCE * 1e3:.0f} mm"
         text = f"smallest obstacle clearance {clearance * 1e3:.1f} mm; {taken}"
         yield Finding(level, "obstacle", text)
-
-
-def _when(e: Evidence, t: float) -> str:
-    """A flight clock time on the page's time axis, which begins with the search."""
-    return f"at {t - e.window.start:.1f} s" if e.window is not None else f"at {t:.1f} s of the flight clock"
 
 
 def _fence(e: Evidence) -> Iterator[Finding]:
@@ -186,19 +123,9 @@ def _meetings(e: Evidence) -> Iterator[Finding]:
 
 
 def _health(e: Evidence) -> Iterator[Finding]:
-    for battery in e.batteries:
-        if battery.low:
-            text = f"{battery.robot}: the firmware called the battery low ({battery.smallest:.2f} V)"
-            yield Finding(Level.WARN, "battery", text)
     for link in e.links:
         if link.lost:
             yield Finding(Level.WARN, "link", f"{link.robot}: {link.lost} packets lost")
-        if link.quality_smallest < QUALITY_WARNING:
-            yield Finding(Level.WARN, "link", f"{link.robot}: link quality fell to {link.quality_smallest:.0f} %")
-    for feed in e.feeds:
-        if feed.longest_gap > GAP_WARNING:
-            text = f"{feed.robot}: not seen for {feed.longest_gap:.2f} s, {_when(e, feed.gap_at)}"
-            yield Finding(Level.WARN, "motion capture", text)
 
 
 def _log(e: Evidence) -> Iterator[Finding]:

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from html import escape
 
 from deploy.analysis.record import FlightAnalysis
-from deploy.analysis.verdict import Level
+from deploy.analysis.findings import Level
 from deploy.report.playback import zero_time
 from deploy.report.words import number, scientific
 from planner.certificate.record import Check

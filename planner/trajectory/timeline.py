@@ -6,6 +6,9 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
+import numpy as np
+
+from missions.arrays import Array
 from planner.trajectory.encode import decode_leg
 from planner.trajectory.encoded import EncodedTrajectory
 from planner.trajectory.legs import switch_times
@@ -58,6 +61,15 @@ class Timeline:
             return math.nan
         leg = max(0, bisect_right(self._starts, t) - 1)
         return min(self.times[leg] + max(t - self._starts[leg], 0.0), self.times[leg + 1])
+
+    def at_each(self, t: Array) -> Array:
+        """The same for many clock times [s]."""
+        if not self._starts:
+            return np.full(len(t), math.nan)
+        times, starts = np.array(self.times), np.array(self._starts)
+        leg = np.maximum(np.searchsorted(starts, t, side="right") - 1, 0)
+        within: Array = np.minimum(times[leg] + np.maximum(t - starts[leg], 0.0), times[leg + 1])
+        return within
 
     def holds(self, t: float) -> bool:
         """Whether the robot stands still at clock time t [s]: not yet begun, or its leg has ended."""

@@ -10,7 +10,7 @@ from deploy.analysis.align import mission_window, sample
 from deploy.analysis.analyse import analyse
 from deploy.analysis.coverage import _over_time
 from deploy.analysis.tracking import track
-from deploy.analysis.verdict import Level
+from deploy.analysis.findings import Level
 from deploy.errors import LogFileError
 from deploy.flightlog.reader import Event, Series, read_log
 from planner.indicators import ergodic_metric
@@ -105,8 +105,8 @@ def synthetic_motion(t, q):
         ("drift", Level.FAIL, "tracking", "worst cf2"),
         ("drift", Level.FAIL, "event", "0.31 m off"),
         ("link", Level.WARN, "link", "cf1: 55 packets lost"),
-        ("battery", Level.WARN, "battery", "cf3: the firmware called the battery low"),
-        ("gap", Level.WARN, "motion capture", "cf4: not seen for 1.50 s, at 3.0 s"),
+        ("battery", Level.WARN, "weak battery", "cf3's battery fell to"),
+        ("gap", Level.WARN, "markers hidden", "cf4 alone was not seen for 1.50 s, at 3.0 s"),
     ],
 )
 def test_each_fault_is_named(logs, fault, level, name, text):

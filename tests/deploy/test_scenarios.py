@@ -1,5 +1,6 @@
 """Scenario files: what may be in one, and what every fault does to a flight, as a lab would see it."""
 
+import dataclasses
 import functools
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 
 import deploy
 import missions
+from deploy.analysis.analyse import analyse
 from deploy.cli.__main__ import main
 from deploy.errors import DeployError
 from deploy.flightlog.reader import read_log
@@ -231,6 +233,67 @@ def test_a_killed_process_leaves_half_a_log_and_drones_that_fly_on(flown):
     assert not happened(log, "abort")  # no code of the dead process ran
 
 
+NAMED = {
+    "battery_low": "weak battery",
+    "loss": "interference",
+    "mocap_dropout": "mocap dropout",
+    "mocap_outlier": "pose outlier",
+    "mocap_swap": "marker swap",
+    "motor_failure": "weak motor",
+    "operator_abort": "operator",
+    "process_kill": "host died",
+    "reboot": "restart",
+    "reconnect": "dongle",
+    "silence": "silence",
+    "slow_link": "slow link",
+    "tumble": "tumble",
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_report_names_the_fault_first_without_being_told(flown, name):
+    _, log = flown(name)
+    untold = dataclasses.replace(log, events=tuple(event for event in log.events if event.name != "scenario"))
+    verdict = analyse(untold).verdict
+    assert verdict.reasons[0].name == NAMED[name], verdict.reasons
+    assert verdict.reasons[0].cause
+
+
+def played(tmp_path, event):
+    """A flight in which one event happens."""
+    scenario = parse_scenario(f"events: [{event}]", path="one.yaml", mission=MISSION)
+    path = tmp_path / "flight.mcap"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        outcome, _ = rehearse(small_plan(MISSION), log_path=path, scenario=scenario)
+    return outcome, read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("event", "before"),
+    [
+        ("{fault: reboot, at: 0.0, packets: 40, to: cf2}", "connected"),  # in the middle of its connection
+        ("{fault: reboot, when: checked, packets: 5, to: cf2}", "uploaded"),  # in the middle of its upload
+    ],
+)
+def test_a_conversation_is_hit_in_the_middle_and_begun_again(tmp_path, event, before):
+    outcome, log = played(tmp_path, event)
+    assert outcome.completed, outcome
+    (begun,) = happened(log, "scenario")
+    assert begun.robot == "cf2"
+    retry, *more = happened(log, "retry")
+    assert {event.robot for event in (retry, *more)} == {"cf2"}
+    assert begun.t <= retry.t < next(event.t for event in happened(log, "phase") if event.text == before)
+
+
+def test_a_drone_that_is_off_from_the_start_is_not_connected(tmp_path):
+    outcome, log = played(tmp_path, "{fault: silence, at: 0.0, to: cf2, duration: 0.5}")
+    assert outcome.completed, outcome
+    (retry,) = happened(log, "retry")
+    assert "cf2" in retry.text
+    assert retry.t < 0.1
+
+
 # ------------------------------------------------------------------------------------------------------ files
 
 
@@ -280,6 +343,8 @@ def test_targets():
         ("{fault: mocap_swap, at: 1.0, to: cf1, other: cf1}", ["events[0].other", "cf2"]),
         ("{fault: mocap_swap, at: 1.0, other: cf1}", ["events[0].to", "everybody", "cf1, cf2"]),
         ("{fault: motor_failure, at: 1.0, motor: 5}", ["events[0].motor", "5"]),
+        ("{fault: reboot, at: 1.0, packets: 3}", ["events[0].packets", "everybody", "one robot"]),
+        ("{fault: reboot, at: 1.0, packets: -3, to: cf1}", ["events[0].packets", "-3", "at least 0"]),
         ("{fault: mocap_outlier, at: 1.0, offset: [1.0]}", ["events[0].offset", "1 items", "3"]),
     ],
 )
