@@ -1,0 +1,124 @@
+"""Discs in closed form: a disc's coefficient is its centre's times a Bessel factor of its radius.
+
+∫ F_k over a uniform disc of radius r around q = F_k(q) · 2 J₁(κ_k r)/(κ_k r), κ_k = π √(Σ_d (k_d/L_d)²): exact, as long
+as the disc is inside the workspace; those that reach over its edge are clipped (:mod:`~planner.footprint.polar`). A
+weight that falls with distance changes the factor only. As functions of the radius, all factors of a basis are sums of
+a few Chebyshev polynomials of r², so statistics are products of small matrices.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from missions.arrays import Array, frozen
+from planner.ergodic.basis import CosineBasis
+from planner.footprint.base import Look
+from planner.footprint.outline import Disc
+from planner.footprint.polar import PolarFootprint
+
+RINGS = 48  # nodes of the factor's integral where the weight falls with distance: exact to rounding
+
+
+@dataclass(frozen=True)
+class DiscFootprint:
+    """A disc, of one size or growing with height.
+
+    Attributes:
+        disc: its size. rim: weight at its outline, of that at its centre; 1: the same everywhere.
+    """
+
+    disc: Disc
+    rim: float = 1.0
+
+    def look(self, basis: CosineBasis, x: Array) -> Look:
+        """See :class:`~planner.footprint.base.Footprint`."""
+        flat = x.reshape(-1, 1, 3)
+        centre, radius = flat[:, 0, :2], self.disc.size(flat[:, 0, 2])
+        room = np.minimum(centre - basis.lower, basis.upper - centre).min(axis=-1)
+        inside = radius <= room
+        parts = [(inside, self._whole(basis, flat[inside]))] if inside.any() else []
+        if not inside.all():
+            parts.append((~inside, PolarFootprint(self.disc, self.rim).look(basis, flat[~inside])))
+        share = [float(mask.mean()) for mask, _ in parts]
+        c_k = sum((part * look.c_k for part, (_, look) in zip(share, parts, strict=True)), np.zeros((basis.n,) * 2))
+
+        def pull(weights: Array) -> Array:
+            gradient = np.empty(flat.shape)
+            for part, (mask, look) in zip(share, parts, strict=True):
+                gradient[mask] = look.pull(part * weights)
+            return gradient.reshape(x.shape)
+
+        return Look(c_k, pull)
+
+    def _whole(self, basis: CosineBasis, x: Array) -> Look:
+        """Discs inside the workspace, at x (M, 1, 3)."""
+        points, height = x[:, 0, :2], x[:, 0, 2]
+        A, largest = _factors(basis.n, tuple(basis.lower), tuple(basis.upper), self.rim)
+        radius = self.disc.size(height)
+        T, T_rate = _chebyshev(2.0 * (radius / largest) ** 2 - 1.0, len(A))  # (D, M)
+        tables = basis.tables(points)
+        (C_x, C_y), (S_x, S_y) = tables.cosine.swapaxes(0, 1), tables.sine.swapaxes(0, 1)
+        scale = A / (len(x) * basis.h_k)  # (D, n, n)
+        c_k: Array = (scale * ((T[:, None] * C_x) @ C_y.T)).sum(axis=0)
+
+        def pull(weights: Array) -> Array:
+            W = scale * weights
+            along_y = W @ C_y  # (D, n, M)
+            by_T = np.einsum("am,dam->dm", C_x, along_y)
+            k = np.arange(basis.n, dtype=np.float64)[:, None]
+            gradient = np.empty((len(x), 1, 3))
+            gradient[:, 0, 0] = np.einsum("am,dm,dam->m", k * S_x, T, along_y, optimize=True)
+            gradient[:, 0, 1] = np.einsum("bm,dm,dbm->m", k * S_y, T, W.swapaxes(1, 2) @ C_x, optimize=True)
+            gradient[:, 0, :2] *= -np.pi / (basis.upper - basis.lower)
+            by_radius = np.einsum("dm,dm->m", by_T, T_rate) * 4.0 * radius / largest**2
+            gradient[:, 0, 2] = by_radius * self.disc.growth(height)
+            return gradient
+
+        return Look(c_k, pull)
+
+
+def disc_factor(z: Array, rim: float = 1.0) -> Array:
+    """A disc's coefficient over its centre's, at z = κ r: ∫ w(s) J₀(z s) s ds / ∫ w(s) s ds, 2 J₁(z)/z if uniform."""
+    from scipy.special import j0, j1  # a third of a second that only footprints wait for
+
+    if rim == 1.0:
+        factor: Array = np.where(z > 0.0, 2.0 * j1(z) / np.where(z > 0.0, z, 1.0), 1.0)
+        return factor
+    node, weight = np.polynomial.legendre.leggauss(RINGS)
+    s = 0.5 * (node + 1.0)
+    density = weight * s * rim ** (s**2)
+    weighted: Array = j0(z[..., None] * s) @ density / density.sum()
+    return weighted
+
+
+@lru_cache(maxsize=8)
+def _factors(n: int, lower: tuple[float, ...], upper: tuple[float, ...], rim: float) -> tuple[Array, float]:
+    """Chebyshev coefficients (D, n, n) of the factors in (r/largest)², and the largest radius that fits [m]."""
+    side = np.array(upper) - np.array(lower)
+    largest = 0.5 * float(side.min())
+    k = np.arange(n) * np.pi
+    kappa = np.hypot((k / side[0])[:, None], (k / side[1])[None])
+    degree = 14 + math.ceil(0.5 * float(kappa.max()) * largest)  # the factor is entire: errors fall to rounding here
+    node = np.cos(np.pi * (np.arange(degree) + 0.5) / degree)
+    values = disc_factor(kappa * (largest * np.sqrt(0.5 * (node + 1.0)))[:, None, None], rim)
+    T, _ = _chebyshev(node, degree)
+    A = np.einsum("dj,jab->dab", T, values) * (2.0 / degree)
+    A[0] *= 0.5
+    return frozen(A), largest
+
+
+def _chebyshev(y: Array, degree: int) -> tuple[Array, Array]:
+    """T_d(y) and their derivatives, (D, M) each, at y (M,) in [−1, 1]."""
+    T, U = np.ones((degree, len(y))), np.ones((degree, len(y)))
+    if degree > 1:
+        T[1], U[1] = y, 2.0 * y
+    for d in range(2, degree):
+        T[d] = 2.0 * y * T[d - 1] - T[d - 2]
+        U[d] = 2.0 * y * U[d - 1] - U[d - 2]
+    rate = np.zeros_like(T)
+    rate[1:] = np.arange(1, degree)[:, None] * U[:-1]
+    return T, rate
