@@ -1,4 +1,4 @@
-"""Settings of the whole suite: one BLAS thread, hardware tests only when asked for, seeded hypothesis."""
+"""Settings of the whole suite: one BLAS thread, hardware and chaos only when asked for, seeded hypothesis."""
 
 import os
 
@@ -14,11 +14,10 @@ hypothesis.settings.load_profile("repeatable")
 
 
 def pytest_collection_modifyitems(config, items):
-    """Tests that need a Crazyradio and a drone run only under ``-m hardware``."""
-    if "hardware" in (config.option.markexpr or ""):
-        return
-    wanted = [item for item in items if item.get_closest_marker("hardware") is None]
-    unwanted = [item for item in items if item.get_closest_marker("hardware") is not None]
+    """Who needs a Crazyradio and a drone runs only under ``-m hardware``, the whole fault matrix under ``-m chaos``."""
+    asked = config.option.markexpr or ""
+    kept = {name for name in ("hardware", "chaos") if name not in asked}
+    unwanted = [item for item in items if any(item.get_closest_marker(name) for name in kept)]
     if unwanted:
         config.hook.pytest_deselected(items=unwanted)
-        items[:] = wanted
+        items[:] = [item for item in items if item not in set(unwanted)]

@@ -65,6 +65,10 @@ def _check_names(event: Fault, where: str, reader: RecordReader, mission: Missio
         raise reader.error(
             f"got {event.to[:40]!r}; allowed: {', '.join(known)}{did_you_mean(event.to, known)}", f"{where}.to"
         )
+    if isinstance(event, Aimed) and event.packets and event.to not in names:
+        raise reader.error(
+            f"got {event.packets} with 'to: {event.to[:40]}'; allowed: with one robot by name", f"{where}.packets"
+        )
     if isinstance(event, MocapSwap):
         if event.to not in names:
             raise reader.error(f"got {event.to[:40]!r}; allowed: one of {', '.join(names)}", f"{where}.to")

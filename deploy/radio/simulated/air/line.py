@@ -90,6 +90,8 @@ class Line:
         self._period = 0.0
         self._failures = 0
         self._at_once = False
+        self._sent = 0
+        self._trips: list[tuple[int, Callable[[], None]]] = []
         self._waiting: deque[Up] = deque()  # for an exchange
         self._rising: deque[Up] = deque()  # exchanged, not yet at the drone
         self._answers: deque[Down] = deque()  # for an exchange
@@ -127,6 +129,10 @@ class Line:
 
         return end
 
+    def trip(self, packets: int, act: Callable[[], None]) -> None:
+        """Call ``act`` before the client's so many-th packet from now on is sent, in the thread that sends it."""
+        self._trips.append((self._sent + packets, act))
+
     # ------------------------------------------------------------------------------------------------ client's end
 
     def open(self, deliver: Deliver, lose: Lose, rate_limit: float | None = None) -> None:
@@ -150,6 +156,10 @@ class Line:
         A position that still waits is replaced by a newer one: cflib's queue holds one packet, its sender waits, and
         what it then sends is new.
         """
+        self._sent += 1
+        for item in [item for item in self._trips if item[0] <= self._sent]:
+            self._trips.remove(item)
+            item[1]()
         with self._lock:
             if self._deliver is None:
                 return
