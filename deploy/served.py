@@ -16,7 +16,7 @@ from missions.schema import Mission
 
 TICK = 0.01  # [s] of the firmware
 _LATEST = 0.2  # [s] of delay that is caught up with; what is more is lost, or a slow computer would never come back
-_STATUS = 0.25  # [s] between two looks of an observer
+STATUS = 0.25  # [s] between two looks of an observer
 
 Positioning = Literal["onboard", "mocap", "none"]
 POSITIONING: tuple[Positioning, ...] = ("onboard", "mocap", "none")
@@ -89,8 +89,10 @@ class Served:
             raise
         self.uris = self._server.uris
 
-    def run(self, stop: Callable[[], bool], observe: Callable[[Served], None] | None = None) -> None:
-        """Serve until ``stop()``; ``observe`` is called four times a second. Late ticks are caught up with."""
+    def run(
+        self, stop: Callable[[], bool], observe: Callable[[Served], None] | None = None, period: float = STATUS
+    ) -> None:
+        """Serve until ``stop()``; ``observe`` is called every ``period`` [s]. Late ticks are caught up with."""
         clock, world = self._clock, self._stage.clock
         start = clock.now() - world.now()
         look = clock.now()
@@ -106,7 +108,7 @@ class Served:
                 world.sleep_until(world.now() + TICK)
             self._server.exchange(now, max(0.0, TICK - late))
             if observe is not None and now >= look:
-                look = now + _STATUS
+                look = now + period
                 observe(self)
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from deploy.cli.types import Subparsers
     from deploy.served import Served
 
+_JSON_PERIOD = 0.1  # [s]
 _PORT = 19850  # deploy.radio.simulated.server.FIRST_PORT, without importing cflib for --help
 
 
@@ -43,6 +45,11 @@ def add_parser(commands: Subparsers) -> None:
     parser.add_argument(
         "--duration", metavar="SECONDS", type=_seconds, help="end by itself after this long [default: until Ctrl-C]"
     )
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="instead of the table, ten times a second one line of JSON on standard output: where everybody really is",
+    )
     parser.set_defaults(run=run)
 
 
@@ -60,6 +67,9 @@ def run(args: argparse.Namespace) -> int:
     end = math.inf if args.duration is None else args.duration
     try:
         with Served(mission, clock, host=args.host, port=args.port, positioning=args.pose, seed=args.seed) as served:
+            if args.json:
+                served.run(lambda: clock.now() >= end, _print_json, _JSON_PERIOD)
+                return 0
             for name, uri in served.uris.items():
                 print(f"{name} {uri}", flush=True)
             with _shown() as show:
@@ -67,6 +77,12 @@ def run(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         pass  # the way to end it
     return 0
+
+
+def _print_json(served: Served) -> None:
+    """One line: the drones' time, what was lost of it, and every drone as somebody in the room sees it."""
+    drones = [drone._asdict() for drone in served.status()]
+    print(json.dumps({"t": served.t, "lost": served.lost, "drones": drones}), flush=True)
 
 
 @contextmanager

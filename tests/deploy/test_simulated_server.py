@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import signal
 import socket
 import subprocess
@@ -317,6 +318,17 @@ def test_misuse_is_one_line(arguments, said, capsys):
     captured = capsys.readouterr()
     assert captured.err.count("\n") == 1
     assert said in captured.err
+
+
+def test_machines_are_told_where_everybody_is(capsys):
+    assert main(["sim", str(MISSIONS / "one_drone.yaml"), "--port", "0", "--duration", "0.5", "--json"]) == 0
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert 2 <= len(rows) <= 6
+    assert [row["t"] for row in rows] == sorted(row["t"] for row in rows)
+    (drone,) = rows[-1]["drones"]
+    assert drone["name"] == "cf1"
+    assert drone["uri"].startswith("udp://127.0.0.1:")
+    assert (drone["connected"], drone["position"][2]) == (False, pytest.approx(0.0, abs=0.01))
 
 
 def test_it_ends_by_itself_when_asked_to(capsys):
