@@ -13,6 +13,7 @@ from types import MappingProxyType
 from deploy.clock import Clock
 from deploy.errors import DeployError
 from deploy.flight import manoeuvres, passages
+from deploy.flight.abort import abort, stop_motors
 from deploy.flight.keepalive import Keepalive
 from deploy.flight.loop import EmergencyStop, Flight
 from deploy.flight.muster import Muster
@@ -149,7 +150,7 @@ def _airborne(flight: Flight) -> dict[str, bool]:
 
 def _bring_down(flight: Flight, reaction: Reaction) -> tuple[dict[str, bool], str]:
     try:
-        return manoeuvres.abort(flight, reaction), str(reaction)
+        return abort(flight, reaction), str(reaction)
     except EmergencyStop:
         return _emergency(flight), f"{reaction}; then the operator stopped the motors"
 
@@ -158,7 +159,7 @@ def _emergency(flight: Flight) -> dict[str, bool]:
     if not flight.phases.airborne and flight.phases.now is not Phase.ARMED:
         flight.enter(Phase.CANCELLED)  # nothing turns: there is nothing to stop
         return dict.fromkeys(flight.fleet, True)
-    manoeuvres.stop_motors(flight)
+    stop_motors(flight)
     return dict.fromkeys(flight.fleet, False)
 
 

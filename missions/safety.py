@@ -7,7 +7,7 @@ from typing import Literal
 
 from missions.fields import field
 
-Policy = Literal["hold", "return", "land_all", "stop_motors"]
+Policy = Literal["hold", "return", "land_here", "land_all", "stop_motors"]
 
 
 @dataclass(frozen=True)

@@ -14,5 +14,9 @@
     ground.py       connect, set up, settle the estimators, check, upload, arm
     legs.py         legs of long trajectories: uploaded and started in flight
     passages.py     take off, the moves to the starts and back
-    manoeuvres.py   start together, search, land, abort
+    manoeuvres.py   start together, search, land
+    stops.py        where everybody comes to a stop, and who waits elsewhere
+    landing.py      who lands first, and whose motors may be stopped
+    touchdown.py    down to the ground, together or in turn
+    abort.py        how a flight ends early
 """

@@ -45,6 +45,7 @@ Vec3 = tuple[float, float, float]
 TICK = 0.01  # s
 WATCH_EVERY = 5  # ticks
 RETRY = 0.1  # s until an unanswered command is repeated
+_ABOVE = 0.1  # m above the ground: whoever is higher flies
 BUSY_RETRY = 0.05  # s until a command refused with EBUSY is repeated; the supervisor runs at 25 Hz
 
 
@@ -208,6 +209,29 @@ class Flight:
         """Where a robot is [m], if it was ever seen."""
         located = self.poses.located(robot)
         return None if located is None else located.pose.position
+
+    def strays(self) -> dict[str, Callable[[float], Vec3]]:
+        """Who flies and cannot be told anything: where each will be so many seconds from now [m], as far as known.
+
+        Whoever is lost in the search flies it to its end and hovers there.
+        """
+        return {
+            name: partial(self._astray, name, self.clock.now())
+            for name, drone in self.fleet.items()
+            if not drone.connected and (position := self.position(name)) and position[2] > self.ground + _ABOVE
+        }
+
+    def _astray(self, name: str, now: float, later: float) -> Vec3:
+        located = self.poses.located(name)
+        if located is None or not self.search.begun:
+            return self.position(name) or self.start_of(name)
+        seen, then, there = (
+            located.pose.position,
+            self.reference_at(name, located.t),
+            self.reference_at(name, now + later),
+        )
+        x, y, z = (p + b - a for p, a, b in zip(seen, then, there, strict=True))
+        return x, y, z
 
     def start_of(self, robot: str) -> Vec3:
         """First point of a robot's trajectory [m]."""

@@ -4,12 +4,13 @@
 ``hold``              everybody brakes and hovers, until ``safety.hold_time`` is over, something else is found, or the
                       operator decides; then as ``land_all``
 ``return``            everybody brakes and flies to above his pad, planned from where everybody is; then all land
+``land_here``         everybody brakes; this robot lands on the spot, and the others wait; then as ``return``
 ``land_all``          everybody brakes and lands where he is, or beside what is below
-``stop_motors``       this robot's motors stop at once, then as ``land_all``
+``stop_motors``       this robot's motors stop at once unless it would fall onto another; then as ``land_all``
 ====================  ===============================================================================================
 
-The stronger wins, in the order of the table. All begin alike: everybody brakes at the same time, along his own motion.
-So no two reactions are ever under way at once, and none counts on somebody who does something else.
+The stronger wins, in the order of the table. All begin alike: everybody brakes at the same time, along his own way
+(``stops.py``). So no two reactions are ever under way at once, and none counts on somebody who does something else.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from collections.abc import Iterable
 from deploy.errors import FlightAborted
 from missions.safety import Policy, Safety
 
-ORDER: tuple[Policy, ...] = ("hold", "return", "land_all", "stop_motors")
+ORDER: tuple[Policy, ...] = ("hold", "return", "land_here", "land_all", "stop_motors")
 
 
 class Reaction(FlightAborted):

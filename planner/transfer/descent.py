@@ -80,6 +80,14 @@ def ways_home(mission: Mission, positions: Mapping[str, tuple[float, float, floa
     return plan_moves(here, begin, goal, hurried=True)
 
 
+def clear_way(mission: Mission, robot: str, begin: tuple[float, float, float], end: tuple[float, float, float]) -> bool:
+    """Whether a robot's straight way from one point to another [m] is clear of obstacles and zones."""
+    here = replace(mission, robots=tuple(item for item in mission.robots if item.name == robot))
+    scene = survey(here, np.array([begin]), np.array([begin]), hurried=True)
+    blocked, _ = scene.blocked_by(0, np.array(begin), np.array([end]))
+    return not blocked[0]
+
+
 class _Places:
     """Where robots can land.
 

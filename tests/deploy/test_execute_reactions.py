@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from deploy.flight import abort
 from deploy.operator import Interrupts
 from deploy.phases import Phase
 from missions.safety import Safety
@@ -84,6 +85,30 @@ def test_the_policy_of_the_mission_decides_and_who_is_held_can_be_called_back(be
     assert any("the hover is over (return)" in warning for warning in outcome.warnings)
     assert all(outcome.landed.values())
     assert on_the_pads(ready)
+
+
+def test_who_is_to_land_here_lands_first_and_the_others_fly_home(bench):
+    outcome, ready, truth = bench(hide, pose="land_here")
+    assert outcome.phase is Phase.ABORTED
+    assert all(outcome.landed.values())
+    assert any("cf2 first; cf1 wait" in warning for warning in outcome.warnings)
+    off = np.abs(ready.world.positions[:, :2] - PADS_AT).max(axis=1)
+    assert off[0] < 0.1 < off[1]
+    down = [int(np.flatnonzero(truth[:, i, 2] > 0.1)[-1]) for i in (0, 1)]
+    assert down[0] > down[1] + 20  # two seconds and more
+    assert np.linalg.norm(truth[:, 0] - truth[:, 1], axis=1).min() > 0.3
+
+
+def test_motors_are_not_stopped_above_another_drone(bench):
+    def act(ready, operator):
+        ready.mocap.hide({"cf2"})
+        patch.setattr(abort, "may_fall", lambda *_: False)
+
+    with pytest.MonkeyPatch.context() as patch:
+        outcome, _, truth = bench(act, pose="stop_motors")
+    assert all(outcome.landed.values())
+    assert any("would fall onto another drone" in fault for fault in outcome.faults)
+    assert np.diff(truth[:, :, 2], axis=0).min() > -0.2
 
 
 def test_motors_that_the_policy_stops_are_those_of_the_one_concerned(bench):

@@ -1,0 +1,114 @@
+"""Down to the ground: everybody together where that is certified, else in turn; and off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from deploy.flight.landing import landing_waves
+from deploy.flight.loop import Flight
+from deploy.flight.stops import Space
+from deploy.phases import TABLE, Phase
+from deploy.radio import highlevel
+
+GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
+OFF_THE_GROUND = 0.10  # m above the pad
+_DISARMING = 1.0  # s; a drone that stays armed keeps its propellers dangerous, but the flight is over
+_LOOKS = 20  # at where a drone that cannot be told will be while another one lands
+
+
+def height(flight: Flight, name: str) -> float:
+    """Above the pads [m]; inf if nobody knows."""
+    position = flight.position(name)
+    return math.inf if position is None else position[2] - flight.ground
+
+
+def flies(flight: Flight, name: str, since: float = -math.inf) -> bool:
+    """Whether a drone flies by its newest word; True if that word is older than ``since`` [s]."""
+    status = flight.fleet[name].status
+    return status is None or status.t < since or status.supervisor.flying
+
+
+def land_together(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
+    """These straight down at once; by robot, whether it is known to be down since."""
+    flight.watching = False
+    names, begun = list(names), flight.clock.now()
+    airborne = [name for name in names if height(flight, name) > OFF_THE_GROUND or flies(flight, name)]
+    times = {name: _landing_time(flight, name) for name in airborne}
+    commands = {name: highlevel.land(flight.ground + GROUND_CLEARANCE, times[name]) for name in airborne}
+    if refused := flight.refusals(flight.command(commands)):
+        flight.event("landing", refused, level="fault")
+    told = flight.clock.now()
+    longest = max(times.values(), default=0.0)
+    flight.wait(longest)
+
+    def up() -> list[str]:
+        return [n for n in flight.alive if n in names and flies(flight, n, since=told + longest)]
+
+    flight.wait_until(lambda: not up(), TABLE[Phase.LANDING].allowance)
+    return {name: name in flight.alive and not flies(flight, name, since=begun) for name in names}
+
+
+def land_in_turn(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
+    """These as ``landing.py`` orders them, and nobody into the way of one who flies on and cannot be told.
+
+    Returns:
+        By robot, whether it is known to be down.
+    """
+    left, space = list(names), Space.of(flight.plan.mission, flight.ground)
+    down: dict[str, bool] = {}
+    patience = flight.clock.now() + flight.plan.mission.safety.hold_time
+    while left:
+        hovering = {name: flight.position(name) or (math.nan, math.nan, math.inf) for name in left}
+        turn = landing_waves(hovering, space.separation)[0]
+        clear = [name for name in turn if not _is_passed(flight, name, space)]
+        if not clear and flight.clock.now() < patience:
+            flight.tick()
+            continue
+        now = clear or list(turn)
+        left = [name for name in left if name not in now]
+        if left:
+            flight.event("landing", f"{', '.join(now)} first; {', '.join(left)} wait")
+        down |= land_together(flight, now)
+    return down
+
+
+def put_to_rest(flight: Flight, down: Mapping[str, bool]) -> dict[str, bool]:
+    """The end of a flight: what is down is switched off; who is not known to be is a fault. By robot, who is down."""
+    landed = {name: down.get(name, False) for name in flight.fleet}
+    for name in landed:
+        if not landed[name]:
+            flight.fault("landing", name, "nobody knows whether it is on the ground")
+    drones = {name: flight.fleet[name] for name in landed if landed[name]}
+    flight.command({name: highlevel.stop() for name in drones}, patience=0.3)
+    ours = [d for d in drones.values() if d.status is not None and not d.status.supervisor.arms_itself]
+    for drone in ours:
+        drone.request_arming(False)
+    flight.wait_until(
+        lambda: not any(d.status and d.status.supervisor.armed for d in ours), _DISARMING if ours else 0.0
+    )
+    return landed
+
+
+# ---------------------------------------------------------------------------------------------------- inside
+
+
+def _landing_time(flight: Flight, name: str) -> float:
+    """As the mission says from the height of the search; longer from higher up [s]."""
+    share = height(flight, name) / max(flight.start_of(name)[2] - flight.ground, OFF_THE_GROUND)
+    return flight.plan.mission.flight.landing_duration * (max(1.0, share) if math.isfinite(share) else 1.0)
+
+
+def _is_passed(flight: Flight, name: str, space: Space) -> bool:
+    """Whether somebody who cannot be told comes onto a drone's way down while it lands."""
+    here = flight.position(name)
+    if here is None:
+        return False
+    looks = np.linspace(0.0, _landing_time(flight, name), _LOOKS).tolist()
+    return any(
+        math.dist(place[:2], here[:2]) < space.separation and place[2] < here[2] + OFF_THE_GROUND
+        for later in flight.strays().values()
+        for place in map(later, looks)
+    )
