@@ -10,9 +10,9 @@ from deploy.clock import Clock, SystemClock
 from deploy.errors import LinkError
 from deploy.execute import check, fly
 from deploy.flight.records import FlightOutcome, FlightStatus
+from deploy.flightlog.attachments import attachments
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
-from deploy.planfile import plan_bytes
 from deploy.preflight import PreflightReport
 from deploy.radio.cache import toc_cache
 from deploy.radio.drivers import initialise, require_crazyradio
@@ -69,7 +69,7 @@ def fly_hardware(
         observer: told ten times a second how it goes.
 
     Returns:
-        How it ended, and the log.
+        How it ended, and the log (``<log_path>.part`` if the disk failed meanwhile).
 
     Raises:
         LinkError: no radio, or no URIs. DeployError: as ``fly``.
@@ -119,7 +119,7 @@ def _on_hardware(
     source = mocap(clock)
     try:
         metadata = {**flight_plan.versions, "backend": "hardware"}
-        with FlightLog(log_path, clock.epoch, {"plan.mcap": plan_bytes(flight_plan)}, metadata) as log:
+        with FlightLog(log_path, clock.epoch, attachments(flight_plan, uris), metadata) as log:
             result = act(
                 flight_plan,
                 uris=uris,
@@ -133,4 +133,4 @@ def _on_hardware(
     finally:
         if source is not None:
             source.close()
-    return result, log.path
+    return result, log.file

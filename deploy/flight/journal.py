@@ -25,6 +25,7 @@ class Journal:
         self.faults: list[str] = []
         self.warnings: list[str] = []
         self.message = ""
+        self._lost, self._failed = 0, False
 
     def event(
         self,
@@ -55,6 +56,17 @@ class Journal:
             self.log.battery(robot, record.t, record.voltage, record.level, record.power_state)
             self.log.supervisor(robot, record.t, record.supervisor.bits, record.supervisor.names)
             self.log.motors(robot, record.t, record.motors)
+
+    def log_state(self, t: float, phase: Phase) -> None:
+        """Say once that the log has ended, and whenever it has lost more; the flight goes on all the same."""
+        lost, failure = self.log.dropped, self.log.failure
+        if failure and not self._failed:
+            self._failed = True
+            self.event(t, phase, "log", f"the flight log cannot be written any more: {failure}", level="warning")
+        elif lost > self._lost and not failure:
+            text = f"the flight log has lost {lost} records: the disk cannot keep up"
+            self.event(t, phase, "log", text, level="warning", value=float(lost))
+        self._lost = lost
 
     def link(self, t: float, drone: Drone) -> None:
         """The state of a drone's link."""

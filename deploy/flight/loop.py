@@ -19,6 +19,7 @@ import numpy as np
 from deploy.aside import Aside
 from deploy.clock import Clock
 from deploy.flight.journal import Journal, Level
+from deploy.flight.picture import Picture
 from deploy.flight.poses import Poses
 from deploy.flight.reactions import Reaction, policy_for, strongest
 from deploy.flight.records import FlightStatus, Ready, RobotStatus
@@ -82,7 +83,7 @@ class Flight:
         ground: height of the pads [m].
         ready: what drones said of themselves when they were connected.
         left_behind: who did not take off, and why.
-        turned: when the loop turned last [s]. timing: delays.
+        turned: when the loop turned last [s]. timing: delays. picture: what those who watch see.
     """
 
     def __init__(
@@ -112,6 +113,7 @@ class Flight:
         self.ready: dict[str, Ready] = {}
         self.left_behind: dict[str, str] = {}
         self.turned, self.timing = clock.now(), Timing()
+        self.picture = Picture(log, plan, self.references, clock.now())
         self._watch = Watch(Limits.of(mission))
         self._observer = observer
         self._turns = itertools.count()
@@ -145,6 +147,7 @@ class Flight:
             for record in (self.references, self._points, self.timelines, self.largest_error, self.notes):
                 record.pop(name)
         self.duration = max(reference.duration for reference in self.references.values())
+        self.picture = Picture(self.journal.log, plan, self.references, self.clock.now())
 
     # ------------------------------------------------------------------------------------------------ time
 
@@ -158,8 +161,8 @@ class Flight:
         self.turned = now = self.clock.now()
         turn = next(self._turns)
         reaction = self._sense(now, look=turn % WATCH_EVERY == 0)
-        if turn % 10 == 0 and self._observer is not None:
-            self._observer(self.status())
+        if turn % 10 == 0:
+            self._show(now, count=turn % 20 == 0)
         if turn % 50 == 0:
             self._record_health(now)
         if self.operator.stop_requested() and not self.phases.over:
@@ -440,7 +443,16 @@ class Flight:
             point, velocity = self.reference_at(name, now), self.velocity_reference(name, now)
             self.journal.log.reference(name, now, point, velocity)
 
+    def _show(self, now: float, count: bool) -> None:
+        located = {name: seen for name in self.fleet if (seen := self.poses.located(name)) is not None}
+        self.picture.show(now, located)
+        if count and self.search.begun and self.phases.now is Phase.ON_MISSION:
+            self.picture.cover(now, located)
+        if self._observer is not None:
+            self._observer(self.status())
+
     def _record_health(self, now: float) -> None:
+        self.journal.log_state(now, self.phases.now)
         self.poses.record_health(now)
         for drone in self.fleet.values():
             drone.ping()

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from deploy.flightlog.topics import Field, Kind, Topic
+from deploy.flightlog.schema import Field, Kind, Topic
 from missions.arrays import Array, frozen
 
 AXES = {Kind.VECTOR: "xyz", Kind.QUATERNION: "xyzw"}

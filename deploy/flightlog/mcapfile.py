@@ -11,6 +11,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import PurePosixPath
 from typing import BinaryIO
 
 import zstandard
@@ -34,10 +35,12 @@ from mcap.records import (
 )
 
 from deploy.flightlog.container import MAGIC
+from deploy.flightlog.schema import Topic, json_schema
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _FIXED = _MESSAGE.size - 9  # bytes of a message's content before its data
 _FOOTER = struct.Struct("<BQQQ")  # what the summary's checksum covers of the footer
+_MEDIA_TYPES = {".yaml": "application/yaml", ".json": "application/json", ".png": "image/png"}
 
 
 class McapFile:
@@ -69,9 +72,9 @@ class McapFile:
         """Messages so far."""
         return self._counts.total()
 
-    def attach(self, name: str, data: bytes, media_type: str, time: int = 0) -> None:
+    def attach(self, name: str, data: bytes, time: int = 0) -> None:
         """Embed a file; ``time`` [ns] is its own."""
-        offset = self._at
+        offset, media_type = self._at, _MEDIA_TYPES.get(PurePosixPath(name).suffix, "application/octet-stream")
         length = self._record(Attachment(time, time, name, media_type, data))
         self._attachments.append(AttachmentIndex(offset, length, time, time, len(data), name, media_type))
 
@@ -81,13 +84,18 @@ class McapFile:
         length = self._record(Metadata(name=name, metadata=dict(sorted(values.items()))))
         self._metadata.append(MetadataIndex(offset=offset, length=length, name=name))
 
-    def channel(self, topic: str, schema: str, json_schema: bytes, about: Mapping[str, str]) -> int:
-        """Declare a JSON channel; returns its number."""
+    def channel(self, name: str, topic: Topic, robot: str = "") -> int:
+        """Declare a JSON channel of a row of the table of topics; returns its number."""
+        about = {"frame": topic.frame, "clock": topic.clock, "rate": topic.rate, "doc": topic.doc, "robot": robot}
+        return self.declare(name, topic.schema, json_schema(topic).encode(), about)
+
+    def declare(self, name: str, schema: str, text: bytes, about: Mapping[str, str]) -> int:
+        """Declare any JSON channel; returns its number."""
         if schema not in self._schemas:
-            self._schemas[schema] = Schema(len(self._schemas) + 1, json_schema, "jsonschema", schema)
+            self._schemas[schema] = Schema(len(self._schemas) + 1, text, "jsonschema", schema)
             self._record(self._schemas[schema])
         number = len(self._channels) + 1
-        self._channels.append(Channel(number, topic, "json", dict(about), self._schemas[schema].id))
+        self._channels.append(Channel(number, name, "json", dict(about), self._schemas[schema].id))
         self._record(self._channels[-1])
         return number
 

@@ -15,7 +15,8 @@ from deploy.flightlog.columns import columns
 from deploy.flightlog.container import Contents, DamagedError, Messages, check_intact
 from deploy.flightlog.encode import NANOSECONDS
 from deploy.flightlog.recorder import FORMAT, PROFILE
-from deploy.flightlog.topics import Topic, find_topic
+from deploy.flightlog.schema import Topic
+from deploy.flightlog.topics import find_topic
 from missions.arrays import Array, frozen
 from planner.flightplan import FlightPlan
 

@@ -19,7 +19,7 @@ from typing import BinaryIO, TypeAlias
 from deploy.errors import LogFileError
 from deploy.flightlog.encode import log_line, to_json
 from deploy.flightlog.mcapfile import McapFile
-from deploy.flightlog.topics import find_topic, json_schema
+from deploy.flightlog.topics import find_topic
 
 PROFILE = "ergoflie-flight"
 FORMAT = 1  # raised when readers of the previous format could misread a log
@@ -42,7 +42,7 @@ class Recorder:
         wait: whether :meth:`put` waits for a slow disk; otherwise it drops the item and counts it.
 
     Attributes:
-        path: where the log is: ``<path>.part`` until it is closed without failure.
+        file: where the log is: ``<path>.part`` until it is closed without failure.
         failure: why writing stopped; empty while all is well.
 
     Raises:
@@ -53,7 +53,7 @@ class Recorder:
         self, path: Path, epoch: int, attachments: Mapping[str, bytes], metadata: Mapping[str, str], wait: bool
     ) -> None:
         self.failure = ""
-        self.path, self._final = path.with_name(path.name + ".part"), path
+        self.file, self._final = path.with_name(path.name + ".part"), path
         self._wait = wait
         self._wake = threading.Event()
         self._room = threading.Event()
@@ -65,12 +65,12 @@ class Recorder:
         self._closed = False
         self._channels: dict[str, int] = {}
         self._last = epoch
-        self._stream = _create(self._final, self.path)
+        self._stream = _create(self._final, self.file)
         try:
-            self._file = McapFile(self._stream, PROFILE)
+            self._mcap = McapFile(self._stream, PROFILE)
             self._begin(epoch, attachments, metadata)
         except OSError as error:
-            _discard(self._stream, self.path)
+            _discard(self._stream, self.file)
             raise LogFileError(f"{path}: cannot write the flight log: {error.strerror or error}") from error
         self._thread = threading.Thread(target=self._run, name="flight-log", daemon=True)
         self._thread.start()
@@ -97,7 +97,7 @@ class Recorder:
             return self._dropped.total()
 
     def close(self) -> None:
-        """Write what is left and finish the file; ``path`` and ``failure`` say what became of it. May be repeated."""
+        """Write what is left and finish the file; ``file`` and ``failure`` say what became of it. May be repeated."""
         if self._closed:
             return
         self._write_the_rest()
@@ -130,9 +130,9 @@ class Recorder:
         self.failure = error.strerror or str(error)
 
     def _begin(self, epoch: int, attachments: Mapping[str, bytes], metadata: Mapping[str, str]) -> None:
-        self._file.describe("ergoflie.flight", {**metadata, "format": str(FORMAT), "clock_epoch_ns": str(epoch)})
+        self._mcap.describe("ergoflie.flight", {**metadata, "format": str(FORMAT), "clock_epoch_ns": str(epoch)})
         for name in sorted(attachments):
-            self._file.attach(name, attachments[name], media_type(name), epoch)
+            self._mcap.attach(name, attachments[name], epoch)
         self._flush(sync=True)
 
     def _run(self) -> None:
@@ -196,13 +196,12 @@ class Recorder:
             line = to_json(log_line(time, "warning", "flight-log", text))
             messages.append((time, channels.get("/log") or self._register("/log"), line))
             self._reported = dropped
-        self._file.chunk(messages)
+        self._mcap.chunk(messages)
         self._flush(sync=any(item[1] == "/events" for item in batch))
 
     def _register(self, name: str) -> int:
         topic, robot = find_topic(name)
-        about = {"frame": topic.frame, "clock": topic.clock, "rate": topic.rate, "doc": topic.doc, "robot": robot}
-        self._channels[name] = self._file.channel(name, topic.schema, json_schema(topic).encode(), about)
+        self._channels[name] = self._mcap.channel(name, topic, robot)
         return self._channels[name]
 
     def _flush(self, sync: bool) -> None:
@@ -212,21 +211,15 @@ class Recorder:
 
     def _finish(self) -> None:
         dropped = {f"dropped.{topic}": str(count) for topic, count in sorted(self._dropped.items())}
-        counts = {"written": str(self._file.written), "dropped": str(self.dropped)}
-        self._file.describe("ergoflie.summary", counts | dropped)
-        self._file.finish()
+        counts = {"written": str(self._mcap.written), "dropped": str(self.dropped)}
+        self._mcap.describe("ergoflie.summary", counts | dropped)
+        self._mcap.finish()
         self._flush(sync=True)
         self._stream.close()
         if self._final.exists():
             raise FileExistsError(17, f"'{self._final}' appeared during the flight")
-        self.path.rename(self._final)
-        self.path = self._final
-
-
-def media_type(name: str) -> str:
-    """Media type of an attachment by its name."""
-    kinds = {".yaml": "application/yaml", ".json": "application/json", ".png": "image/png"}
-    return kinds.get(Path(name).suffix, "application/octet-stream")
+        self.file.rename(self._final)
+        self.file = self._final
 
 
 def _create(path: Path, part: Path) -> BinaryIO:

@@ -11,58 +11,10 @@ Clocks: every record's log time is the *flight clock* (``deploy.clock``), writte
 from __future__ import annotations
 
 import functools
-import json
-from dataclasses import dataclass
-from enum import Enum
-from typing import Any
+
+from deploy.flightlog.schema import Field, Kind, Topic
 
 WORLD = "world"
-
-
-class Kind(Enum):
-    """JSON shape of a field."""
-
-    NUMBER = "number"
-    INTEGER = "integer"
-    TEXT = "string"
-    VECTOR = "vector"  # {"x", "y", "z"}
-    QUATERNION = "quaternion"  # {"x", "y", "z", "w"}
-    TEXTS = "strings"
-    NUMBERS = "numbers"
-
-
-@dataclass(frozen=True)
-class Field:
-    """One field of a record: what it is and in which unit."""
-
-    name: str
-    kind: Kind
-    unit: str
-    doc: str
-
-
-@dataclass(frozen=True)
-class Topic:
-    """One row of the table.
-
-    Attributes:
-        pattern: topic name; ``{robot}`` stands for a robot's name.
-        schema: schema name in the MCAP file.
-        fields: fields of our own schemas; empty for Foxglove's, whose JSON Schema is in :data:`FOXGLOVE_SCHEMAS`.
-        frame: frame of positions, or empty.
-        clock: what the log time is.
-        rate: how often it is written.
-        doc: what it holds.
-    """
-
-    pattern: str
-    schema: str
-    fields: tuple[Field, ...]
-    frame: str
-    clock: str
-    rate: str
-    doc: str
-
 
 _POSITION = Field("position", Kind.VECTOR, "m", "position")
 _VELOCITY = Field("velocity", Kind.VECTOR, "m/s", "velocity")
@@ -156,6 +108,18 @@ TOPICS: tuple[Topic, ...] = (
         "motor commands",
     ),
     Topic(
+        "/ergodicity",
+        "ergoflie.Ergodicity",
+        (
+            Field("value", Kind.NUMBER, "", "E of everything flown since the search began"),
+            Field("certified", Kind.NUMBER, "", "E of the certified bytes at the end of the search"),
+        ),
+        "",
+        "flight clock",
+        "5 Hz, during the mission",
+        "how well the swarm has covered the map so far, by the planner's own definition",
+    ),
+    Topic(
         "/events",
         "ergoflie.Event",
         (
@@ -203,6 +167,43 @@ TOPICS: tuple[Topic, ...] = (
         "what the capture system saw; the tracker can be replayed on it",
     ),
     Topic(
+        "/tf",
+        "foxglove.FrameTransforms",
+        (),
+        WORLD,
+        "flight clock; in plan files time since the start of the search",
+        "10 Hz",
+        "frames of the robots, which carry what viewers draw of them",
+    ),
+    Topic("/map", "foxglove.Grid", (), WORLD, "flight clock", "once", "the information map, 255 where it is highest"),
+    Topic(
+        "/scene/mission",
+        "foxglove.SceneUpdate",
+        (),
+        WORLD,
+        "flight clock",
+        "once, and again for those who go on without somebody",
+        "workspace, obstacles, zones, certified paths",
+    ),
+    Topic(
+        "/scene/drones",
+        "foxglove.SceneUpdate",
+        (),
+        "each robot's own",
+        "flight clock",
+        "once, and again for those who go on without somebody",
+        "a body and a name for every robot",
+    ),
+    Topic(
+        "/scene/links",
+        "foxglove.SceneUpdate",
+        (),
+        WORLD,
+        "flight clock; in plan files time since the start of the search",
+        "10 Hz, with a connectivity range",
+        "lines between robots in the air that are within range",
+    ),
+    Topic(
         "/plan/{robot}/pose",
         "foxglove.PoseInFrame",
         (),
@@ -234,74 +235,18 @@ def find_topic(name: str) -> tuple[Topic, str]:
     raise ValueError(f"unknown topic '{name}'; known: {', '.join(_BY_SHAPE)}")
 
 
-def json_schema(topic: Topic) -> str:
-    """JSON Schema of the topic's records, with units in the descriptions."""
-    if topic.schema in FOXGLOVE_SCHEMAS:
-        return json.dumps(FOXGLOVE_SCHEMAS[topic.schema], sort_keys=True)
-    properties = {
-        field.name: {**_SHAPES[field.kind], "description": f"{field.doc} [{field.unit}]" if field.unit else field.doc}
-        for field in topic.fields
-    }
-    return json.dumps(
-        {"title": topic.schema, "description": topic.doc, "type": "object", "properties": properties}, sort_keys=True
-    )
-
-
-def _numbers(*names: str) -> dict[str, Any]:
-    return {"type": "object", "properties": {name: {"type": "number"} for name in names}}
-
-
-_SHAPES: dict[Kind, dict[str, Any]] = {
-    Kind.NUMBER: {"type": ["number", "null"]},
-    Kind.INTEGER: {"type": ["integer", "null"]},
-    Kind.TEXT: {"type": "string"},
-    Kind.VECTOR: _numbers("x", "y", "z"),
-    Kind.QUATERNION: _numbers("x", "y", "z", "w"),
-    Kind.TEXTS: {"type": "array", "items": {"type": "string"}},
-    Kind.NUMBERS: {"type": "array", "items": {"type": "number"}},
-}
-_TIMESTAMP = {
-    "type": "object",
-    "title": "time",
-    "properties": {"sec": {"type": "integer", "minimum": 0}, "nsec": {"type": "integer", "minimum": 0}},
-}
-
-# The fields of Foxglove's documented schemas that we fill.
-FOXGLOVE_SCHEMAS: dict[str, dict[str, Any]] = {
-    "foxglove.PoseInFrame": {
-        "title": "foxglove.PoseInFrame",
-        "description": "A timestamped pose for an object or reference frame in 3D space",
-        "type": "object",
-        "properties": {
-            "timestamp": _TIMESTAMP,
-            "frame_id": {"type": "string"},
-            "pose": {
-                "title": "foxglove.Pose",
-                "type": "object",
-                "properties": {
-                    "position": {"title": "foxglove.Vector3", **_numbers("x", "y", "z")},
-                    "orientation": {"title": "foxglove.Quaternion", **_numbers("x", "y", "z", "w")},
-                },
-            },
-        },
-    },
-    "foxglove.Log": {
-        "title": "foxglove.Log",
-        "description": "A log message",
-        "type": "object",
-        "properties": {
-            "timestamp": _TIMESTAMP,
-            "level": {
-                "title": "foxglove.LogLevel",
-                "oneOf": [
-                    {"title": name, "const": value}
-                    for value, name in enumerate(("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"))
-                ],
-            },
-            "message": {"type": "string"},
-            "name": {"type": "string"},
-            "file": {"type": "string"},
-            "line": {"type": "integer", "minimum": 0},
-        },
-    },
-}
+def markdown() -> str:
+    """The table as a document: every topic, then every field of ours with its unit."""
+    lines = ["| topic | schema | frame | clock | rate | what |", "|---|---|---|---|---|---|"]
+    lines += [f"| `{t.pattern}` | `{t.schema}` | {t.frame or '–'} | {t.clock} | {t.rate} | {t.doc} |" for t in TOPICS]
+    for topic in TOPICS:
+        if topic.fields:
+            lines += [
+                "",
+                f"`{topic.pattern}`, `{topic.schema}`",
+                "",
+                "| field | shape | unit | what |",
+                "|---|---|---|---|",
+            ]
+            lines += [f"| {f.name} | {f.kind.value} | {f.unit or '–'} | {f.doc} |" for f in topic.fields]
+    return "\n".join(lines)

@@ -6,7 +6,7 @@ Callers only encode and append; ``recorder.Recorder`` owns the file and the thre
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self
@@ -41,8 +41,9 @@ class FlightLog:
         metadata: Mapping[str, str],
         when_full: Literal["drop", "wait"] = "drop",
     ) -> None:
+        self.path = Path(path)
         self._epoch = round(clock_epoch * NANOSECONDS)
-        self._recorder = Recorder(Path(path), self._epoch, attachments, metadata, wait=when_full == "wait")
+        self._recorder = Recorder(self.path, self._epoch, attachments, metadata, wait=when_full == "wait")
 
     # ------------------------------------------------------------------------------------------------ records
 
@@ -141,6 +142,11 @@ class FlightLog:
         self.write("/log", t, log_line(self._nanoseconds(t), level, robot or phase, text))
         self.write("/events", t, record)
 
+    def picture(self, topic: str, t: float, draw: Callable[[int], Mapping[str, object]]) -> None:
+        """A message for viewers (``scene.py``), which carries its own time: ``draw`` gets it [ns]."""
+        time = self._nanoseconds(t)
+        self._put(topic, time, to_json(draw(time)))
+
     # ------------------------------------------------------------------------------------------------ state
 
     @property
@@ -154,15 +160,15 @@ class FlightLog:
         return self._recorder.failure
 
     @property
-    def path(self) -> Path:
-        """Where the log is: ``<path>.part`` until it is closed without failure."""
-        return self._recorder.path
+    def file(self) -> Path:
+        """Where the log is now: ``<path>.part`` until it is closed without failure."""
+        return self._recorder.file
 
     def close(self) -> None:
         """Write what is left, finish the file and give it its name. May be called again.
 
         Never an error: a flight is over by then. If the disk refused, ``failure`` says so, and the unfinished
-        ``.part`` file, which is ``path``, stays and can be read.
+        ``.part`` file, which is ``file``, stays and can be read.
         """
         self._recorder.close()
 

@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from mcap.writer import CompressionType, Writer
 
 from deploy.errors import PlanFileError
 from deploy.files import write_whole
 from deploy.flightlog.encode import NANOSECONDS, pose_in_frame, to_json
-from deploy.flightlog.topics import find_topic, json_schema
+from deploy.flightlog.mcapfile import McapFile
+from deploy.flightlog.scene import drones_scene, links_scene, map_grid, mission_scene, transforms
+from deploy.flightlog.topics import find_topic
 from deploy.planfile.layout import ARRAYS, FORMAT, METADATA, PROFILE, contents_sha256, dump, leg_file
 from missions.arrays import Array
 from planner.flightplan import FlightPlan
@@ -45,13 +46,12 @@ def plan_bytes(flight_plan: FlightPlan) -> bytes:
     """
     attachments = _attachments(flight_plan)
     stream = io.BytesIO()
-    writer = Writer(stream, compression=CompressionType.ZSTD, enable_data_crcs=True)
-    writer.start(profile=PROFILE, library="ergoflie")
-    writer.add_metadata(METADATA, _metadata(flight_plan, attachments))
+    file = McapFile(stream, PROFILE)
+    file.describe(METADATA, _metadata(flight_plan, attachments))
     for name in sorted(attachments):
-        writer.add_attachment(0, 0, name, _media_type(name), attachments[name])
-    _add_poses(writer, flight_plan)
-    writer.finish()  # type: ignore[no-untyped-call]
+        file.attach(name, attachments[name])
+    _add_pictures(file, flight_plan)
+    file.finish()
     return stream.getvalue()
 
 
@@ -86,7 +86,7 @@ def _leg(leg: Leg) -> dict[str, object]:
 def _metadata(flight_plan: FlightPlan, attachments: Mapping[str, bytes]) -> dict[str, str]:
     mission = flight_plan.mission
     source = mission.source
-    values = {
+    return {
         "format": str(FORMAT),
         "mission": mission.name,
         # Only the file's name: a plan is passed on, and where its author keeps his files is nobody's business.
@@ -96,7 +96,6 @@ def _metadata(flight_plan: FlightPlan, attachments: Mapping[str, bytes]) -> dict
         "seed": str(flight_plan.plan.seed),
         **{f"version.{name}": version for name, version in flight_plan.versions.items()},
     }
-    return dict(sorted(values.items()))
 
 
 def _npy(array: Array) -> bytes:
@@ -105,21 +104,47 @@ def _npy(array: Array) -> bytes:
     return stream.getvalue()
 
 
-def _media_type(name: str) -> str:
-    kinds = {".yaml": "application/yaml", ".json": "application/json", ".png": "image/png"}
-    return kinds.get(Path(name).suffix, "application/octet-stream")
+def _add_pictures(file: McapFile, flight_plan: FlightPlan) -> None:
+    """The certified trajectories, decoded from the bytes, and what is around them, for viewers."""
+    mission = flight_plan.mission
+    trajectories = {name: decode(encoded) for name, encoded in flight_plan.trajectories.items()}
+    last = max((trajectory.duration for trajectory in trajectories.values()), default=0.0)
+    times = np.arange(0.0, last, 1.0 / VIEWER_RATE)
+    moments = [round(float(t) * NANOSECONDS) for t in times]
+    poses = {name: _poses(item.evaluate(np.minimum(times, item.duration))) for name, item in trajectories.items()}
+    messages = _Messages(file)
+    messages.add("/map", 0, map_grid(mission, 0))
+    paths = {name: np.array([place for place, _ in found]) for name, found in poses.items()}
+    messages.add("/scene/mission", 0, mission_scene(mission, paths, 0))
+    messages.add("/scene/drones", 0, drones_scene(tuple(trajectories), 0))
+    for number, moment in enumerate(moments):
+        places = {name: poses[name][number] for name in trajectories}
+        messages.add("/tf", moment, transforms(places, moment))
+        if mission.connectivity.range is not None:
+            messages.add("/scene/links", moment, links_scene(places, mission.connectivity.range, moment))
+        for name, (position, quaternion) in places.items():
+            messages.add(f"/plan/{name}/pose", moment, pose_in_frame(moment, position, quaternion))
+    file.chunk(messages.encoded)
 
 
-def _add_poses(writer: Writer, flight_plan: FlightPlan) -> None:
-    """The certified trajectories as poses, decoded from the bytes, for viewers."""
-    topic, _ = find_topic("/plan/x/pose")
-    schema = writer.register_schema(topic.schema, "jsonschema", json_schema(topic).encode())
-    for name, encoded in flight_plan.trajectories.items():
-        channel = writer.register_channel(f"/plan/{name}/pose", "json", schema)
-        trajectory = decode(encoded)
-        times = np.arange(0.0, trajectory.duration, 1.0 / VIEWER_RATE)
-        for number, (t, value) in enumerate(zip(times, trajectory.evaluate(times), strict=True)):
-            nanoseconds = round(float(t) * NANOSECONDS)
-            half = 0.5 * float(value[3])
-            pose = pose_in_frame(nanoseconds, value[:3], (0.0, 0.0, float(np.sin(half)), float(np.cos(half))))
-            writer.add_message(channel, nanoseconds, to_json(pose), nanoseconds, number)
+def _poses(values: Array) -> list[tuple[list[float], tuple[float, ...]]]:
+    """Positions [m] and quaternions of a trajectory's values (S, 4): x, y, z, yaw."""
+    sines, cosines = np.sin(0.5 * values[:, 3]), np.cos(0.5 * values[:, 3])
+    rows = zip(values[:, :3].tolist(), sines.tolist(), cosines.tolist(), strict=True)
+    return [(place, (0.0, 0.0, z, w)) for place, z, w in rows]
+
+
+class _Messages:
+    """Encoded messages, and the channels they declare."""
+
+    def __init__(self, file: McapFile) -> None:
+        self._file = file
+        self._channels: dict[str, int] = {}
+        self.encoded: list[tuple[int, int, bytes]] = []
+
+    def add(self, name: str, nanoseconds: int, message: Mapping[str, object]) -> None:
+        """Add one message of a topic."""
+        if name not in self._channels:
+            topic, robot = find_topic(name)
+            self._channels[name] = self._file.channel(name, topic, robot)
+        self.encoded.append((nanoseconds, self._channels[name], to_json(message)))

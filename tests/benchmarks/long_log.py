@@ -122,7 +122,7 @@ def _tracks(flown: FlightPlan, t: Array) -> Array:
 
 
 def report(path: Path) -> dict[str, float]:
-    """Report in this process: CPU seconds to read, analyse and build the page; most memory [GB]; the page's size [MB]."""
+    """Report in this process: CPU seconds to read, analyse, build the page; most memory [GB]; size of the page [MB]."""
     from deploy.analysis import analyse
     from deploy.flightlog.reader import read_log
     from deploy.report import build_report

@@ -65,10 +65,10 @@ def test_the_library_reads_what_we_write_by_its_indexes(tmp_path):
     with path.open("wb") as stream:
         file = McapFile(stream, "test")
         file.describe("about", {"b": "2", "a": "1"})
-        file.attach("x.bin", b"abc", "application/octet-stream", 5)
-        first = file.channel("/one", "S", b"{}", {"doc": "d"})
+        file.attach("x.bin", b"abc", 5)
+        first = file.declare("/one", "S", b"{}", {"doc": "d"})
         file.chunk([(10, first, b'{"n":1}'), (12, first, b'{"n":2}')])
-        second = file.channel("/two", "S", b"{}", {})
+        second = file.declare("/two", "S", b"{}", {})
         file.chunk([(15, second, b'{"n":3}'), (11, first, b'{"n":4}')])
         file.chunk([])
         file.finish()

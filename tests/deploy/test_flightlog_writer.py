@@ -21,7 +21,8 @@ from deploy.errors import LogFileError
 from deploy.flightlog import recorder
 from deploy.flightlog.encode import pose_in_frame, pose_to_json, to_json, vector, vectors_to_json
 from deploy.flightlog.reader import read_log
-from deploy.flightlog.topics import TOPICS, find_topic, json_schema
+from deploy.flightlog.schema import json_schema
+from deploy.flightlog.topics import TOPICS, find_topic
 from deploy.flightlog.writer import FlightLog
 
 VICTIM = """
@@ -223,10 +224,10 @@ def test_a_disk_that_fills_up_in_flight_stops_the_log_not_the_flight(tmp_path, f
     log.close()
     log.close()
     assert log.failure == "No space left on device"
-    assert log.path == tmp_path / "a.mcap.part"
+    assert log.file == tmp_path / "a.mcap.part"
     assert not (tmp_path / "a.mcap").exists()
-    log.path.write_bytes(disk.getvalue()[:6000])
-    record = read_log(log.path)
+    log.file.write_bytes(disk.getvalue()[:6000])
+    record = read_log(log.file)
     assert not record.complete
     # Every record is on the disk or counted.
     kept = len(record.series["/events"]) + len(record.series["/log"])
@@ -249,7 +250,7 @@ def test_a_bug_in_the_writer_thread_is_not_a_complete_log(tmp_path, monkeypatch)
     log.event(0.0, "phase", "go")
     log.close()
     assert "ended with an error" in log.failure
-    assert log.path.suffix == ".part"
+    assert log.file.suffix == ".part"
 
 
 def test_refused_before_the_flight(tmp_path, monkeypatch):
