@@ -12,7 +12,8 @@ from missions.arrays import Array, frozen
 from missions.schema import Mission
 from planner.certificate.record import Indicators
 from planner.ergodic.metric import ErgodicMetric
-from planner.indicators import ergodic_metric, indicators
+from planner.footprint.metric import FootprintMetric
+from planner.indicators import ergodic_metric, indicators, resample
 from planner.plan import Plan
 from planner.trajectory.piecewise import PiecewisePolynomial
 
@@ -25,14 +26,15 @@ class Coverage:
 
     Attributes:
         planned: of the solver's samples. certified: of the bytes. flown: None if too little was seen of the flight.
-        t: (P,) mission time [s]; certified_over_time, flown_over_time: (P,) E of everything up to then; the flown
-            curve is NaN where a robot was not seen (the gap itself is bridged linearly).
+        t: (P,) mission time [s]; planned_over_time, certified_over_time, flown_over_time: (P,) E of everything up to
+            then; the flown curve is NaN where a robot was not seen (the gap itself is bridged linearly).
     """
 
     planned: Indicators
     certified: Indicators
     flown: Indicators | None
     t: Array
+    planned_over_time: Array
     certified_over_time: Array
     flown_over_time: Array
 
@@ -73,6 +75,7 @@ def coverage(
         certified=certified,
         flown=flown,
         t=frozen(t[keep]),
+        planned_over_time=frozen(_over_time(metric, resample(plan.t, plan.q[..., :nu], t))[keep]),
         certified_over_time=frozen(_over_time(metric, reference)[keep]),
         flown_over_time=frozen(over_time[keep]),
     )
@@ -90,7 +93,7 @@ def _bridged(t: Array, q: Array) -> tuple[Array, Array] | None:
     return t, out
 
 
-def _over_time(metric: ErgodicMetric, q: Array) -> Array:
+def _over_time(metric: ErgodicMetric | FootprintMetric, q: Array) -> Array:
     """(T,) E of the first 1, 2, .., T steps of q (T, N, ν); the statistics are running means."""
     steps = len(q)
     weights = metric.basis.Lambda_k

@@ -57,13 +57,26 @@ def separation(mission: Mission, motion: Motion, search: Array) -> Separation:
     )
 
 
-def _clearance(mission: Mission, q: Array) -> float:
-    found = math.inf
+def nearest(mission: Mission, q: Array) -> Array:
+    """(S,) smallest distance of any two of the positions (S, N, 3) [m], heights scaled; NaN with fewer than two."""
+    scaled = q * np.array([1.0, 1.0, vertical_scale(mission)])  # downwash: the mission's ellipsoid
+    out = np.full(len(q), np.nan)
+    for i, j in itertools.combinations(range(q.shape[1]), 2):
+        out = np.fmin(out, np.linalg.norm(scaled[:, i] - scaled[:, j], axis=1))
+    return out
+
+
+def clearances(mission: Mission, q: Array) -> Array:
+    """(S,) smallest distance of any of the positions (S, N, 3) to any obstacle [m]; NaN without."""
+    out = np.full(len(q), np.nan)
     for obstacle in mission.obstacles:
-        apart = solid(obstacle).value(np.moveaxis(q, -1, 0))
-        if np.isfinite(apart).any():
-            found = min(found, float(np.nanmin(apart)))
-    return found
+        out = np.fmin(out, np.fmin.reduce(solid(obstacle).value(np.moveaxis(q, -1, 0)), axis=1))
+    return out
+
+
+def _clearance(mission: Mission, q: Array) -> float:
+    found = clearances(mission, q)
+    return float(np.nanmin(found)) if np.isfinite(found).any() else math.inf
 
 
 def _outside(mission: Mission, q: Array, names: list[str]) -> tuple[float, str]:

@@ -9,18 +9,21 @@ from string import Template
 from deploy.analysis.record import FlightAnalysis
 from deploy.report import sections
 from deploy.report.charts import all_charts
+from deploy.report.checks import parameters_table, preflight_table
 from deploy.report.delays import delays_table
+from deploy.report.maps import maps_data
 from deploy.report.packing import script_json
 from deploy.report.playback import playback_data
 from deploy.report.switches import switches_table
+from deploy.report.verdict import diagnoses, verdict
 
-_SCRIPTS = ("page.js", "scene.js", "charts.js", "main.js")
+_SCRIPTS = ("page.js", "scene.js", "maps.js", "charts.js", "main.js")
 
 
 def build_report(analysis: FlightAnalysis) -> str:
     """The page. Everything in it is inline; a content security policy forbids it to ask for more."""
     mission = analysis.flight_plan.mission
-    data = {"playback": playback_data(analysis), "charts": all_charts(analysis)}
+    data = {"playback": playback_data(analysis), "charts": all_charts(analysis), "maps": maps_data(analysis)}
     return Template(_read("report.html")).substitute(
         title=escape(f"{mission.name}: {analysis.verdict.level.name}"),
         name=escape(mission.name),
@@ -31,14 +34,16 @@ def build_report(analysis: FlightAnalysis) -> str:
         style=_read("report.css"),
         script="\n".join(_read(name) for name in _SCRIPTS),
         data=script_json(data),
-        verdict=sections.verdict(analysis),
+        verdict=verdict(analysis),
+        diagnoses=diagnoses(analysis),
         figures=sections.figures(analysis),
         indicators=sections.indicators_table(analysis),
         probabilities=sections.probability_table(analysis),
         forwarding=sections.forwarding_table(analysis),
         robots_table=sections.robots_table(analysis) + delays_table(analysis) + switches_table(analysis),
         certificate=sections.certificate_table(analysis),
-        preflight=sections.preflight_table(analysis),
+        preflight=preflight_table(analysis),
+        parameters=parameters_table(analysis),
         events=sections.events_table(analysis),
         provenance=sections.provenance_table(analysis),
         simulation=sections.simulation(analysis),

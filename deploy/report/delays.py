@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from deploy.analysis.record import FlightAnalysis
-from deploy.report.sections import table
+from deploy.report.tables import table
 from deploy.report.words import number
 
 _NAMES = {"start_skew": "start skew", "command_latency": "command latency", "reaction": "reaction of the watch"}

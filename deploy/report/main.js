@@ -5,9 +5,11 @@ const scrub = document.getElementById("scrub"), button = document.getElementById
 scrub.min = play.t0; scrub.max = tEnd;
 
 function drawAll() {
-  scene.draw(); drawPhases();
+  scene.draw(); drawPhases(); maps.draw();
   charts.forEach((draw) => draw());
   scrub.value = cursor.t;
+  scrub.setAttribute("aria-valuetext", cursor.t.toFixed(1) + " seconds");
+  document.getElementById("now").textContent = cursor.t.toFixed(1) + " s";
 }
 
 // Many changes within one frame are drawn once.

@@ -4,9 +4,22 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const play = data.playback;
 
-function floats(text) {
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  return new Float32Array(bytes.buffer);
+// Numbers as packing.py packs them: 16-bit steps between the least and the largest; a plain array is taken as it is.
+function unpack(packed) {
+  if (Array.isArray(packed)) return Float32Array.from(packed, (v) => (v === null ? NaN : v));
+  const bytes = Uint8Array.from(atob(packed.data), (c) => c.charCodeAt(0));
+  const view = new DataView(bytes.buffer), scale = (packed.hi - packed.lo) / 65534;
+  return Float32Array.from({ length: bytes.length / 2 }, (_, k) => {
+    const step = view.getUint16(2 * k, true);
+    return step === 65535 ? NaN : packed.lo + step * scale;
+  });
+}
+
+function element(name, text, className) {
+  const out = document.createElement(name);
+  if (text !== undefined) out.textContent = text;
+  if (className) out.className = className;
+  return out;
 }
 
 const tEnd = play.t0 + play.dt * (play.n - 1);
@@ -22,14 +35,37 @@ const cursor = {
   },
 };
 
+// The one robot that is looked at, or null for all: the others step back in the scene and in every chart.
+const focus = {
+  robot: null,
+  set(robot) {
+    this.robot = this.robot === robot ? null : robot;
+    for (const item of document.querySelectorAll("[data-robot]")) item.setAttribute("aria-pressed", String(Number(item.dataset.robot) === this.robot));
+    for (const listener of cursor.listeners) listener();
+  },
+  dims(robot) { return this.robot !== null && robot !== null && robot !== this.robot; },
+};
+
+// A robot's name as a button that puts it into focus.
+function robotButton(name, i) {
+  const button = element("button", undefined, "robot");
+  button.type = "button"; button.dataset.robot = i; button.setAttribute("aria-pressed", "false");
+  button.style.setProperty("--c", `var(--r${i % ROBOT_COLOURS})`);
+  button.append(element("i"), element("span", name));
+  button.addEventListener("click", () => focus.set(i));
+  return button;
+}
+
+const ROBOT_COLOURS = 10;
 let colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
-  const get = (name) => style.getPropertyValue(name).trim();
+  const get = (name) => style.getPropertyValue(name).trim(), known = {};
   colours = {
     ink: get("--ink"), soft: get("--soft"), faint: get("--faint"), line: get("--line"), card: get("--card"),
-    accent: get("--accent"), fail: get("--fail"), warn: get("--warn"), heat: get("--heat"), obstacle: get("--obstacle"),
-    robots: Array.from({ length: 8 }, (_, i) => get("--r" + i)),
+    accent: get("--accent"), fail: get("--fail"), warn: get("--warn"), heat: get("--heat"), over: get("--over"), under: get("--under"), obstacle: get("--obstacle"),
+    of: (name) => (known[name] ??= get(name)),
+    robots: Array.from({ length: ROBOT_COLOURS }, (_, i) => get("--r" + i)),
   };
 }
 const robotColour = (i) => colours.robots[i % colours.robots.length];
@@ -45,6 +81,9 @@ function fit(canvas) {
   context.clearRect(0, 0, width, height);
   return { context, width, height };
 }
+
+// A click on a moment in a text goes there.
+for (const link of document.querySelectorAll("[data-at]")) link.addEventListener("click", () => cursor.set(Number(link.dataset.at)));
 
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif';
 

@@ -9,7 +9,7 @@ import numpy as np
 from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.switches import timelines
 from deploy.heat import heat_image
-from deploy.report.packing import floats
+from deploy.report.packing import packed
 from missions.arrays import Array
 from missions.fleet import altitudes
 from missions.schema import Obstacle
@@ -17,7 +17,7 @@ from missions.shapes import heights, outline
 from planner.trajectory.encode import decode
 
 _RATE = 20.0  # Hz
-_MOST_SAMPLES = 400_000  # positions of one kind; longer flights are played with coarser steps
+_MOST_SAMPLES = 150_000  # positions of one kind; longer flights are played with coarser steps
 
 
 def zero_time(analysis: FlightAnalysis) -> float:
@@ -47,9 +47,10 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "dt": float(t[1] - t[0]),
         "n": len(t),
         "duration": mission.horizon.duration,
-        "flown": floats(flown),
-        "planned": floats(planned),
+        "flown": packed(flown),
+        "planned": packed(planned),
         "phases": phases(analysis),
+        "marks": marks(analysis),
     }
 
 
@@ -72,6 +73,16 @@ def phases(analysis: FlightAnalysis) -> list[dict[str, object]]:
             spans.append({"name": event.phase.replace("_", " "), "begin": event.t - zero, "end": end - zero})
             last = event.phase
     return spans
+
+
+def marks(analysis: FlightAnalysis) -> list[dict[str, object]]:
+    """Warnings and faults of the flight, at their mission times [s]."""
+    zero = zero_time(analysis)
+    return [
+        {"t": event.t - zero, "level": event.level}
+        for event in analysis.record.events
+        if event.level != "info" and event.name != "preflight"
+    ]
 
 
 def _grid(analysis: FlightAnalysis, robots: int) -> Array:
@@ -99,10 +110,7 @@ def _planned(analysis: FlightAnalysis, t: Array) -> Array:
     references = [decode(plan.trajectories[robot.name]) for robot in plan.mission.robots]
     zero, window = zero_time(analysis), analysis.window
     courses = timelines(analysis.record, plan, window) if window is not None else {}
-    moments = [
-        np.array([courses[robot.name].at(zero + float(moment)) for moment in t]) if courses else t
-        for robot in plan.mission.robots
-    ]
+    moments = [courses[robot.name].at_each(zero + t) if courses else t for robot in plan.mission.robots]
     q = np.stack([reference.evaluate(s)[:, :3] for reference, s in zip(references, moments, strict=True)], axis=1)
     q[(t < 0.0) | (t > max(reference.duration for reference in references))] = np.nan
     return q

@@ -2,7 +2,7 @@
 
 const scene = (() => {
   const canvas = document.getElementById("scene");
-  const flown = floats(play.flown), planned = floats(play.planned);
+  const flown = unpack(play.flown), planned = unpack(play.planned);
   const N = play.robots.length;
   const lower = play.lower, upper = play.upper;
   const centre = [(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, upper[2] / 2];
@@ -118,6 +118,7 @@ const scene = (() => {
     const recent = Math.max(0, k - Math.round(3 / play.dt));
     context.lineJoin = context.lineCap = "round";
     for (let i = 0; i < N; i++) {
+      if (focus.dims(i)) continue;
       context.strokeStyle = robotColour(i);
       if (document.getElementById("show-plan").checked) {
         context.globalAlpha = 0.45; context.lineWidth = 1; context.setLineDash([4, 4]);
@@ -130,6 +131,19 @@ const scene = (() => {
       }
     }
     context.globalAlpha = 1;
+  }
+
+  // Discs of half the range: those of two robots of one height touch when the robots are within range.
+  function drawFootprints(context, k) {
+    if (play.range === null || !document.getElementById("show-range").checked) return;
+    for (let i = 0; i < N; i++) {
+      const p = at(flown, k, i);
+      if (!known(p) || p[2] <= 0.1 || focus.dims(i)) continue;
+      const ring = Array.from({ length: 40 }, (_, s) => project([p[0] + 0.5 * play.range * Math.cos(s * Math.PI / 20), p[1] + 0.5 * play.range * Math.sin(s * Math.PI / 20), 0]));
+      context.fillStyle = context.strokeStyle = robotColour(i); context.lineWidth = 1;
+      path(context, ring, true);
+      context.globalAlpha = 0.1; context.fill(); context.globalAlpha = 0.55; context.stroke(); context.globalAlpha = 1;
+    }
   }
 
   function drawEdges(context, k) {
@@ -148,23 +162,24 @@ const scene = (() => {
     order.sort((a, b) => project(at(flown, k, b))[2] - project(at(flown, k, a))[2]);
     for (let i = 0; i < N; i++) {
       const p = at(planned, k, i);
-      if (!known(p) || !document.getElementById("show-plan").checked) continue;
+      if (!known(p) || focus.dims(i) || !document.getElementById("show-plan").checked) continue;
       const q = project(p);
       context.strokeStyle = robotColour(i); context.lineWidth = 1.5;
       context.beginPath(); context.arc(q[0], q[1], 9, 0, 2 * Math.PI); context.stroke();
     }
     for (const i of order) {
-      const p = at(flown, k, i), q = project(p), ground = project([p[0], p[1], 0]);
-      context.strokeStyle = colours.soft; context.globalAlpha = 0.5; context.lineWidth = 1;
+      const p = at(flown, k, i), q = project(p), ground = project([p[0], p[1], 0]), faded = focus.dims(i) ? 0.25 : 1;
+      context.strokeStyle = colours.soft; context.globalAlpha = 0.5 * faded; context.lineWidth = 1;
       path(context, [q, ground]); context.stroke();
-      context.fillStyle = colours.ink; context.globalAlpha = 0.18;
+      context.fillStyle = colours.ink; context.globalAlpha = 0.18 * faded;
       context.beginPath(); context.ellipse(ground[0], ground[1], 7, 7 * Math.abs(Math.sin(camera.pitch)), 0, 0, 2 * Math.PI); context.fill();
-      context.globalAlpha = 1; context.fillStyle = robotColour(i);
+      context.globalAlpha = faded; context.fillStyle = robotColour(i);
       context.beginPath(); context.arc(q[0], q[1], 6, 0, 2 * Math.PI); context.fill();
       context.strokeStyle = colours.card; context.lineWidth = 1.5; context.stroke();
       context.font = "600 " + FONT; context.textAlign = "left"; context.textBaseline = "middle";
       context.strokeStyle = colours.card; context.lineWidth = 3; context.lineJoin = "round";
       context.strokeText(play.robots[i], q[0] + 13, q[1] - 9); context.fillText(play.robots[i], q[0] + 13, q[1] - 9);
+      context.globalAlpha = 1;
     }
   }
 
@@ -184,6 +199,7 @@ const scene = (() => {
     const depth = ({ ring }) => Math.max(...ring.map(([x, y]) => project([x, y, 0])[2]));
     const behind = play.obstacles.slice().sort((a, b) => depth(b) - depth(a));
     behind.forEach((obstacle) => drawObstacle(context, obstacle));
+    drawFootprints(context, k);
     drawTrails(context, k);
     drawEdges(context, k);
     drawRobots(context, k);
@@ -211,14 +227,13 @@ const scene = (() => {
   }, { passive: false });
   document.getElementById("reset").addEventListener("click", () => look(HOME));
   document.getElementById("top").addEventListener("click", () => look({ ...HOME, yaw: 0, pitch: Math.PI / 2 }));
-  for (const id of ["show-plan", "show-trails", "show-edges"]) document.getElementById(id).addEventListener("change", draw);
+  for (const id of ["show-plan", "show-trails", "show-edges", "show-range"]) document.getElementById(id).addEventListener("change", draw);
 
   const legend = document.getElementById("legend");
   play.robots.forEach((name, i) => {
-    const item = document.createElement("li");
-    item.textContent = name;
-    item.style.setProperty("--c", `var(--r${i % 8})`);
+    const item = element("li");
+    item.append(robotButton(name, i));
     legend.append(item);
   });
-  return { draw, restyle: paintHeat };
+  return { draw, flown, restyle: paintHeat };
 })();

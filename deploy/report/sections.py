@@ -8,40 +8,12 @@ from datetime import UTC, datetime
 from html import escape
 
 from deploy.analysis.record import FlightAnalysis
-from deploy.analysis.findings import Level
 from deploy.report.playback import zero_time
+from deploy.report.tables import moment, table
 from deploy.report.words import number, scientific
 from planner.certificate.record import Check
 
-_SYMBOLS = {Level.PASS: "✓", Level.WARN: "!", Level.FAIL: "✕"}
 _MOST_EVENTS = 400
-
-
-def verdict(analysis: FlightAnalysis) -> str:
-    """The verdict, its reasons, and everything else that was judged."""
-    level = analysis.verdict.level
-    words = {
-        Level.PASS: "The flight did what was planned.",
-        Level.WARN: "The flight was flown, with reservations.",
-        Level.FAIL: "The flight did not do what was planned.",
-    }
-    findings = list(analysis.verdict.findings)
-    first = findings[:3] if level is Level.PASS else [item for item in findings if item.level is not Level.PASS][:5]
-    rest = [item for item in findings if item not in first]
-
-    def line(level: Level, name: str, text: str) -> str:
-        mark = f'<span class="mark {level.name.lower()}" aria-label="{level.name}">{_SYMBOLS[level]}</span>'
-        return f"<li>{mark}<span><b>{escape(name)}</b> {escape(text)}</span></li>"
-
-    more = ""
-    if rest:
-        listing = "".join(line(item.level, item.name, item.text) for item in rest)
-        more = f"<details><summary>{len(rest)} more findings</summary><ul>{listing}</ul></details>"
-    reasons = "".join(line(item.level, item.name, item.text) for item in first)
-    return (
-        f'<div class="verdict {level.name.lower()}"><p class="level">{level.name}</p>'
-        f'<div><p class="words">{words[level]}</p><ul>{reasons}</ul>{more}</div></div>'
-    )
 
 
 def figures(analysis: FlightAnalysis) -> str:
@@ -64,19 +36,6 @@ def figures(analysis: FlightAnalysis) -> str:
     ]
     return "".join(
         f'<div class="tile"><dt>{name}</dt><dd>{escape(value)}</dd><p>{note}</p></div>' for name, value, note in tiles
-    )
-
-
-def table(headings: Sequence[str], rows: Iterable[Sequence[str]], caption: str, numeric: Sequence[int] = ()) -> str:
-    """A table of escaped cells; ``numeric`` columns are right-aligned."""
-    kind = ['class="n"' if i in numeric else "" for i in range(len(headings))]
-    head = "".join(f"<th scope=col {kind[i]}>{escape(text)}</th>" for i, text in enumerate(headings))
-    body = "".join(
-        "<tr>" + "".join(f"<td {kind[i]}>{escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>" for row in rows
-    )
-    return (
-        f'<div class="scroll"><table><caption>{escape(caption)}</caption>'
-        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 
 
@@ -146,32 +105,40 @@ def forwarding_table(analysis: FlightAnalysis) -> str:
 
 
 def robots_table(analysis: FlightAnalysis) -> str:
-    """One line a robot: tracking, lag, battery, link, poses."""
-    rows = []
+    """One line a robot, twice: how it flew and on which battery, and what came through the air."""
+    flown, heard = [], []
     tracks = {item.robot: item for item in analysis.tracking}
     for battery, link, feed in zip(analysis.batteries, analysis.links, analysis.feeds, strict=True):
         track = tracks.get(battery.robot)
         errors = (track.mean, track.p95, track.largest) if track else (math.nan,) * 3
-        lag = track.mean_lag if track else math.nan
-        rows.append(
+        flown.append(
             [
                 battery.robot,
                 *(number(100 * value, 1) for value in errors),
-                number(1000 * lag, 0),
-                number(battery.start),
-                number(battery.smallest),
-                number(link.latency_median, 1),
-                number(link.latency_p95, 1),
+                number(1000 * track.mean_lag if track else None, 0),
+                *(number(value) for value in (battery.start, battery.smallest, battery.sag)),
+                number(battery.left / 60.0, 1),
+            ]
+        )
+        heard.append(
+            [
+                battery.robot,
+                *(number(value, 1) for value in (link.latency_median, link.latency_p95, link.quality_smallest)),
+                number(link.rssi, 0),
+                number(link.rate, 0),
                 str(link.lost) if link.reports else "–",
                 number(feed.rate, 0),
+                number(1000 * feed.jitter, 1),
                 number(feed.longest_gap, 2),
             ]
         )
-    headings = ["robot", "mean [cm]", "95 % [cm]", "largest [cm]", "lag [ms]", "start [V]", "lowest [V]"]
-    headings += ["latency [ms]", "95 % [ms]", "lost", "poses [Hz]", "gap [s]"]
-    return table(
-        headings, rows, "Tracking error, battery, radio, motion capture and its longest gap", tuple(range(1, 12))
-    )
+    headings = ["robot", "mean [cm]", "95 % [cm]", "largest [cm]", "lag [ms]"]
+    headings += ["start [V]", "lowest [V]", "sag [V]", "left [min]"]
+    caption = "Tracking error; battery, and how long the search could have gone on"
+    motion = table(headings, flown, caption, tuple(range(1, len(headings))))
+    headings = ["robot", "latency [ms]", "95 % [ms]", "acknowledged [%]", "signal [-dBm]", "packets [1/s]", "lost"]
+    headings += ["poses [Hz]", "jitter [ms]", "longest gap [s]"]
+    return motion + table(headings, heard, "Radio and motion capture", tuple(range(1, len(headings))))
 
 
 def certificate_table(analysis: FlightAnalysis) -> str:
@@ -196,25 +163,12 @@ def _limit(check: Check) -> str:
     return f"{sign} {check.limit:.4g} {check.unit}{tolerance}"
 
 
-def preflight_table(analysis: FlightAnalysis) -> str:
-    """The pre-flight checks as they were logged; empty if there are none."""
-    events = [event for event in analysis.record.events if event.name == "preflight"]
-    if not events:
-        return ""
-    marks = {"info": "✓", "warning": "!", "fault": "✕"}
-    rows = [[marks.get(event.level, ""), event.robot or "all", event.text] for event in events]
-    bad = sum(event.level != "info" for event in events)
-    said = f"{bad} of {len(events)} did not pass" if bad else f"all {len(events)} passed"
-    listing = table(["", "robot", "found"], rows, "Pre-flight checks")
-    return f"<details{' open' if bad else ''}><summary>Pre-flight checks: {said}</summary>{listing}</details>"
-
-
 def events_table(analysis: FlightAnalysis) -> str:
     """Everything that happened, in mission time."""
     zero = zero_time(analysis)
     events = [event for event in analysis.record.events if event.name != "preflight"]
     rows = [
-        [number(event.t - zero, 2), event.phase, event.robot, event.level, event.name, event.text]
+        [moment(event.t - zero, f"{event.t - zero:.2f}"), event.phase, event.robot, event.level, event.name, event.text]
         for event in events[:_MOST_EVENTS]
     ]
     caption = "Events; time in seconds since the start of the search"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from deploy.analysis.record import FlightAnalysis
-from deploy.report.sections import table
+from deploy.report.tables import table
 from deploy.report.words import number
 
 

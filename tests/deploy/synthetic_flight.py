@@ -117,6 +117,9 @@ def write_flight(
         tracks["cf2"][0][:, 0] += 0.35 * np.sin(away * math.pi) ** 2
     with log:
         log.event(0.0, "preflight", "battery of cf1 4.1 V", robot="cf1", value=4.1)
+        for name in tracks:
+            text = "parameters: stabilizer.controller = 2, commander.enHighLevel = 1 (allowed: read back as set)"
+            log.event(0.0, "preflight", text, robot=name)
         for step in steps.tolist():
             t = step / 50
             for at, phase in phases.items():
@@ -158,6 +161,7 @@ def _telemetry(log, rng, name, number, t, times, truth, asked_for, fault) -> Non
     drain = 1.1 if fault == "battery" and name == "cf3" else 0.35
     low = 3 if fault == "battery" and name == "cf3" and t > end else 0
     log.battery(name, t, 4.05 - drain * t / final - (0.12 if 0.1 < t < final else 0.0), level=80.0, state=low)
+    log.motors(name, t, [round(65535 * share) for share in (0.61, 0.6, 0.59, 0.62)] if 0.1 < t < final else [0] * 4)
     lost = step // 20 if fault == "link" and name == "cf1" else 0
     sent = {"sent": step * 3, "received": step * 3 - lost, "lost": lost}
     log.link(name, t, latency_ms=4.0 + rng.exponential(2.0), quality=100.0 - lost / 10, rssi=-45.0 - 5 * number, **sent)

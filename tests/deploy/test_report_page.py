@@ -2,11 +2,13 @@
 
 import dataclasses
 import html
+import itertools
 import json
 import re
 import shutil
 import subprocess
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,35 +22,11 @@ from tests.deploy import synthetic_flight as synthetic
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 FLAGS += ["--disable-component-update", "--disable-sync", "--virtual-time-budget=4000"]
-WITNESS = """<script>
-const seen = [];
-addEventListener("error", (e) => seen.push(String(e.message)));
-addEventListener("securitypolicyviolation", (e) => seen.push("request: " + e.blockedURI));
-const say = console.error; console.error = (...a) => { seen.push(a.join(" ")); say(...a); };
-addEventListener("load", () => {
-  document.getElementById("play").click();
-  setTimeout(() => {
-    document.getElementById("play").click();
-    const played = Number(document.documentElement.dataset.time);
-    const key = (name) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true }));
-    key("Home"); key("ArrowRight"); key("ArrowRight");
-    const stepped = Number(document.documentElement.dataset.time);
-    document.getElementById("theme").click();
-    const out = document.createElement("pre");
-    const pixels = (c) => { const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
-      const colours = new Set();
-      for (let i = 0; i < d.length; i += 4) colours.add(d[i] * 65536 + d[i+1] * 256 + d[i+2]);
-      return colours.size; };
-    out.id = "witness";
-    out.textContent = JSON.stringify({ errors: seen, played, stepped,
-      start: Number(document.getElementById("scrub").min),
-      charts: Object.fromEntries([...document.querySelectorAll(".chart")].map((f) =>
-        [f.id, [Number(f.querySelector("canvas").dataset.points), pixels(f.querySelector("canvas"))]])),
-      scene: pixels(document.getElementById("scene")), width: document.documentElement.scrollWidth });
-    document.body.append(out);
-  }, 1500);
-});
-</script>"""
+WITNESS = f"<script>{(Path(__file__).parent / 'report_witness.js').read_text(encoding='utf-8')}</script>"
+
+
+CHARTS = ["ergodicity", "groups", "connectivity", "separation", "altitude", "tracking", "attitude", "motors"]
+CHARTS += ["battery", "link", "mocap"]
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +63,8 @@ class Tags(HTMLParser):
 def test_page_is_whole_and_asks_for_nothing(page):
     tags = Tags()
     tags.feed(page)
-    assert tags.links == []
+    assert all(link.startswith("#") for link in tags.links)
+    assert {link[1:] for link in tags.links} <= set(re.findall(r'id="(\w+)"', page))
     # Optional end tags are all written, so everything opened is closed in order.
     assert tags.open == []
     assert tags.tags.count("script") == 2
@@ -111,11 +90,12 @@ def test_hostile_texts_stay_texts(page):
 def test_every_chart_says_what_it_shows(page):
     data = json.loads(re.search(r'id="data">(.*?)</script>', page, flags=re.S)[1])
     ids = [chart["id"] for chart in data["charts"]]
-    assert set(ids) == {"ergodicity", "connectivity", "separation", "tracking", "altitude", "battery", "link"}
+    assert ids == CHARTS
     for chart in data["charts"]:
         assert chart["title"]
-        assert chart["unit"]
-        assert len(chart["reading"]) > 10
+        assert len(chart["reading"]) > 30
+        assert chart["reading"].endswith(".")
+        assert chart["kind"] == "spans" or all(panel["unit"] and panel["curves"] for panel in chart["panels"])
 
 
 def test_verdict_figures_and_tables_are_on_the_page(flight, page):
@@ -128,6 +108,7 @@ def test_verdict_figures_and_tables_are_on_the_page(flight, page):
         "Pre-flight checks",
         "mission_start",
         "SHA-256",
+        "Parameters changed: 2",
     ):
         assert word in page
 
@@ -155,10 +136,27 @@ def test_a_report_of_half_a_flight_is_still_a_report(flight, tmp_path, change):
     Tags().feed(build_report(analyse(record)))
 
 
+def laid_out(witness, width):
+    """The screenshot test: boxes, not pixels."""
+    boxes = [box for _, box in witness["sections"]]
+    assert [name for name, _ in witness["sections"]][:4] == ["", "verdict", "diagnoses", ""]
+    for above, below in itertools.pairwise(boxes):
+        assert below[1] >= above[3], "sections follow one another"
+    for name, (left, top, right, bottom) in witness["figures"]:
+        assert 0 <= left < right <= max(width, 500), name
+        assert right - left > 120, name
+        assert bottom - top > 80, name
+    for (_, a), (_, b) in itertools.combinations(witness["figures"], 2):
+        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1], "figures do not overlap"
+    columns = {box[0] for name, box in witness["figures"] if name.startswith("chart-")}
+    assert len(columns) == (2 if width > 820 else 1)
+    assert witness["bar"][3] - witness["bar"][1] < 90
+
+
 @pytest.mark.browser
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: the page was not tried in a browser")
 @pytest.mark.parametrize("width", [1400, 700])
-def test_page_lives_in_a_browser(page, tmp_path, width):
+def test_page_lives_in_a_browser(flight, page, tmp_path, width):
     path = tmp_path / "report.html"
     path.write_text(page.replace("<style>", WITNESS + "<style>", 1), encoding="utf-8")
     command = [CHROMIUM, *FLAGS, f"--window-size={width},3000", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
@@ -167,9 +165,15 @@ def test_page_lives_in_a_browser(page, tmp_path, width):
     assert witness["errors"] == []
     assert 0.3 < witness["played"] < 5.0  # began at the start of the search and moved
     assert witness["stepped"] == pytest.approx(witness["start"] + 0.2, abs=1e-3)
-    assert len(witness["charts"]) == 7
+    assert witness["jumped"] == pytest.approx(witness["asked"], abs=1e-3)  # a moment in the diagnosis
+    assert set(witness["pressed"]) == {"cf1"}  # in focus, wherever it is named
+    assert witness["deaf"] == []  # every control and picture has a name
+    assert len(witness["charts"]) == len(CHARTS)
     for name, (points, colours) in witness["charts"].items():
         assert points > 0, name
         assert colours > 5, name
     assert witness["scene"] > 50
+    assert min(witness["maps"][:2]) > 20
+    assert witness["ergodicity"] == pytest.approx(flight.coverage.flown.ergodicity, rel=0.05)
+    laid_out(witness, width)
     assert witness["width"] <= max(width, 500)  # nothing sticks out sideways

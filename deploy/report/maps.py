@@ -1,0 +1,33 @@
+"""Data for the three maps side by side: what was to be searched, what was, and the difference."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deploy.analysis.record import FlightAnalysis
+from missions.arrays import Array
+from planner.indicators import ergodic_metric
+
+
+def maps_data(analysis: FlightAnalysis) -> dict[str, object]:
+    """The map's coefficients in the metric's own basis; the page works out the flight's, up to its time cursor.
+
+    A 3-D search is shown from above: what is left of a cosine series summed over z are its terms with k_z = 0.
+    """
+    mission = analysis.flight_plan.mission
+    metric = ergodic_metric(mission)
+    box = mission.workspace
+    return {
+        "functions": metric.basis.n,
+        "phi": [float(f"{value:.7g}") for value in _planar(metric.phi_k).ravel()],
+        "weights": [float(f"{value:.7g}") for value in _planar(metric.basis.Lambda_k).ravel()],
+        "lower": list(box.lower[:2]),
+        "upper": list(box.upper[:2]),
+        "planar": mission.dimension == 2,
+        "until": analysis.window.end - analysis.window.start if analysis.window is not None else 0.0,
+    }
+
+
+def _planar(values: Array) -> Array:
+    """(n, n) of coefficients (n, n) or (n, n, n)."""
+    return np.asarray(values[..., 0] if values.ndim == 3 else values)
