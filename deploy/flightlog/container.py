@@ -117,7 +117,7 @@ class Contents:
                 break
             try:
                 self._take(opcode, content)
-            except _UNREADABLE:
+            except UNREADABLE:
                 damaged += 1
         if damaged:
             self.problems.append(f"{damaged} damaged blocks were left out")
@@ -126,18 +126,18 @@ class Contents:
 
     def _take(self, opcode: int, content: bytes) -> None:
         if opcode == CHUNK:
-            self._take_chunk(_chunk(content))
+            self._take_chunk(chunk_records(content))
         elif opcode == MESSAGE:
             channel, _, time, _ = _MESSAGE.unpack_from(content)
             self._topics[channel].times.append(time)
             self._topics[channel].data += content[_MESSAGE.size :] + b","
         elif opcode == CHANNEL:
-            record = Channel.read(_stream(content))
+            record = Channel.read(stream_of(content))
             self._topics[record.id] = self.messages.setdefault(record.topic, Messages())
         elif opcode == HEADER:
-            self.profile = _stream(content).read_prefixed_string()
+            self.profile = stream_of(content).read_prefixed_string()
         elif opcode == METADATA:
-            metadata = Metadata.read(_stream(content))
+            metadata = Metadata.read(stream_of(content))
             self.metadata[metadata.name] = metadata.metadata
         elif opcode == ATTACHMENT:
             self._take_attachment(content)
@@ -161,26 +161,41 @@ class Contents:
                 self._take(opcode, data[begin + _HEAD.size : at])
 
     def _take_attachment(self, content: bytes) -> None:
-        (crc,) = struct.unpack("<I", content[-4:])
-        if crc != zlib.crc32(content[:-4]):
-            raise DamagedError("an attachment does not match its checksum")
-        attachment = Attachment.read(_stream(content))
+        attachment = intact_attachment(content)
         self.attachments[attachment.name] = attachment.data
 
 
-def _chunk(content: bytes) -> bytes:
-    """A chunk's records, checked against their checksum: all of them or none."""
-    chunk = Chunk.read(_stream(content))
+def intact_attachment(content: bytes) -> Attachment:
+    """An attachment whose checksum fits.
+
+    Raises:
+        DamagedError: it does not. Or another of ``UNREADABLE``.
+    """
+    (crc,) = struct.unpack("<I", content[-4:])
+    if crc != zlib.crc32(content[:-4]):
+        raise DamagedError("an attachment does not match its checksum")
+    attachment: Attachment = Attachment.read(stream_of(content))
+    return attachment
+
+
+def chunk_records(content: bytes) -> bytes:
+    """A chunk's records, checked against their checksum: all of them or none.
+
+    Raises:
+        One of ``UNREADABLE``: the chunk is damaged.
+    """
+    chunk = Chunk.read(stream_of(content))
     if chunk.uncompressed_size > CHUNK_LIMIT:
         raise DamagedError("a chunk claims an absurd size")
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     return stream.read(size)
 
 
-def _stream(content: bytes) -> ReadDataStream:
+def stream_of(content: bytes) -> ReadDataStream:
+    """What the library's records are read from."""
     return ReadDataStream(BytesIO(content))
 
 
 # What damaged bytes make the decoders raise. lz4 reports damage as RuntimeError; KeyError is a message whose channel
 # was lost with its chunk.
-_UNREADABLE = (ValueError, KeyError, struct.error, McapError, zstandard.ZstdError, RuntimeError, MemoryError)
+UNREADABLE = (ValueError, KeyError, struct.error, McapError, zstandard.ZstdError, RuntimeError, MemoryError)

@@ -21,6 +21,7 @@ from missions.arrays import Array, frozen
 from planner.flightplan import FlightPlan
 
 PLAN = "plan.mcap"  # attachment that holds the flight plan
+RECOVERED = "ergoflie.recovered"  # metadata of a log that ``recover.py`` has put together
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,30 @@ def read_log(path: str | Path) -> FlightRecord:
     return _record(path, contents, metadata)
 
 
+def robots_in(path: str | Path) -> tuple[str, ...]:
+    """Names of the robots in a flight log or a plan file, sorted.
+
+    Raises:
+        LogFileError: neither of them, or there are no robots in it.
+    """
+    path = Path(path)
+    try:
+        topics = Contents(path.read_bytes()).messages
+    except OSError as error:
+        raise LogFileError(f"{path}: cannot read the file: {error.strerror or error}") from error
+    except DamagedError as error:
+        raise LogFileError(f"{path}: cannot read the file: {error}") from error
+    robots: set[str] = set()
+    for name in topics:
+        try:
+            robots.add(find_topic(name)[1])
+        except ValueError:
+            continue
+    if not robots - {""}:
+        raise LogFileError(f"{path}: no plan and no flight log: there are no robots in it")
+    return tuple(sorted(robots - {""}))
+
+
 def _damage(data: bytes) -> list[str]:
     """What the checksums of a finished file say; damage to an index, say, is seen by nothing else."""
     try:
@@ -152,6 +177,8 @@ def _record(path: Path, contents: Contents, metadata: Mapping[str, str]) -> Flig
     series: dict[str, Series] = {}
     robots: set[str] = set()
     problems = list(contents.problems)
+    if RECOVERED in contents.metadata:
+        problems.append(f"recovered from a damaged log: {contents.metadata[RECOVERED].get('problems', '')}")
     for name in sorted(contents.messages):
         try:
             topic, robot = find_topic(name)
