@@ -16,7 +16,7 @@ from missions import fleet
 from missions.arrays import Array
 from missions.schema import Mission
 from planner.clearances import clearances, envelope, looks_between
-from planner.coarser import coarser
+from planner.coarser import RACE, coarser
 from planner.connections import connections
 from planner.constraints.base import Constraint
 from planner.dynamics import Dynamics
@@ -39,7 +39,7 @@ class Problem:
         control_weight: R. ergodic_weight: r_E.
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
         coarse: the same problem with longer steps, or if those are too long looked at less closely, to begin the
-            search with; None if that would be no cheaper.
+            search with; None if that would be no cheaper. It may have one itself, to choose where to begin.
         modes: of controls, at most; None: as many as the solver takes.
     """
 
@@ -83,7 +83,10 @@ def _coarse(mission: Mission, margins: Margins, problem: Problem) -> Problem | N
         return None
     if half is None:
         return _problem(mission, margins, rough=True)
-    return _problem(half, margins)  # exactly: between samples that are twice as far apart robots slip past each other
+    quarter = coarser(half, RACE)
+    roughest = None if quarter is None else _problem(quarter, margins)
+    # Exactly: between samples that are twice as far apart robots slip past each other.
+    return replace(_problem(half, margins), coarse=roughest)
 
 
 def _problem(mission: Mission, margins: Margins, *, rough: bool = False) -> Problem:

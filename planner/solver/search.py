@@ -1,7 +1,7 @@
 """One search: its clock, its best motion, its history.
 
-Random starts race on a coarse time grid, or where that has steps as long looking at samples only; the better half goes
-on after every heat, and the winner is refined on the problem's own grid.
+Random starts race on coarse time grids, or where those have steps as long looking at samples only, and the winner is
+refined on the problem's own grid.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,33 +18,17 @@ from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
 from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lagrangian import Lagrangian
-from planner.solver.lanes import Closed, Runner, run_lanes
+from planner.solver.lanes import Runner
 from planner.solver.lbfgs import Memory
 from planner.solver.misses import METRE_TOLERANCE, violations
+from planner.solver.race import FEW, MANY, Race, laps, leaders, start
 from planner.solver.result import Progress, SolveOutcome, SolveStatus
 from planner.solver.scaling import scaled_modes
-from planner.solver.stack import Stack, stackable
 
-START_SPREAD = 0.3  # standard deviation of the random first guess, in the scaled variables
-MANY, FEW = 48, 8  # starts by default, with a coarse grid to race on and without
-LANES = 12  # starts that share evaluations at most
 REPAIR_SECONDS = 2.0  # wall time a search that was cut short may take to make its most promising motion feasible
 REPAIR_PENALTY, REPAIR_GROWTH = 30.0, 1.3  # stiff from the start: what counts is to meet the limits, soon
 REST_PENALTY = 1.0  # μ of a search from rest: softer ones tear the swarm apart, stiffer ones leave it where it is
 RIPE = 5.0  # tolerances of violation at which a coarse search has said what it can
-
-
-class Heat(NamedTuple):
-    """A stage of the race: the share of all starts that runs it, and for how many rounds."""
-
-    share: float
-    rounds: int
-
-
-# Motions that differ at the start end in different minima. Who leads early mostly wins: the rank correlation with the
-# final E is 0.5 after 8 rounds, 0.7 after 16, 0.85 after 28.
-COARSE_HEATS = (Heat(1.0, 4), Heat(0.6, 4), Heat(0.3, 8), Heat(0.12, 12), Heat(0.04, 12))
-HEATS = (Heat(1.0, 4), Heat(0.25, 8))
 
 
 @dataclass
@@ -80,7 +63,6 @@ class Search:
     def __post_init__(self) -> None:
         self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
         self.lagrangian = self.formulate(self.problem)
-        self.stack: Stack | None = None
         self.rng = np.random.default_rng([self.settings.seed, self.stream])
         self.spent = 0  # evaluations by other formulations: on the coarse grid, or before the search began afresh
 
@@ -97,29 +79,44 @@ class Search:
 
     def cold(self) -> Runner:
         """State of the winner of a race, on the problem's own grid."""
-        if self.problem.coarse is None:
-            return self.race()
-        self.stack = None
-        self.lagrangian = coarse = self.formulate(self.problem.coarse)
-        state, memory, _ = self.race()
+        runner = self.race()
+        coarse = self.lagrangian
+        if coarse.problem is self.problem:
+            return runner
+        state, memory, _ = runner
         while self.keep_going() and not self.ripe(state):
             state = al.step(coarse, state, self.schedule, memory, self.keep_going)
             self.tell(state, f"coarse round {state.round}")
-        self.spent += coarse.evaluations
-        self.lagrangian = self.formulate(self.problem)
-        return Runner(self.refined(state, coarse), Memory(self.schedule.memory))
+        self.on(self.problem)
+        return self.moved(Runner(state, memory))
 
-    def afresh(self) -> None:
-        """Forget what the search has been working with, but not the best it found."""
-        self.spent, self.stack = self.evaluations, None
-        self.lagrangian = self.formulate(self.problem)
+    def race(self) -> Runner:
+        """The best of random starts, on the finest of the grids that races are run on."""
+        course = laps(self.problem)
+        count = self.settings.starts or (MANY if course[0].grid.steps < self.problem.steps else FEW)
+        runners: list[Runner] = []
+        for grid, heats in course:
+            self.on(grid)
+            if runners:
+                leading = leaders(runners, max(1, round(heats[0].share * count)))
+                runners = [self.moved(runner) for runner in leading]
+            else:
+                runners = [start(self.lagrangian, self.schedule, self.rng) for _ in range(count)]
+            heat = Race(self.lagrangian, self.schedule, self.keep_going, self.tell_of, self.record)
+            runners = heat.run(heats, runners, count)
+        return leaders(runners, 1)[0]
+
+    def on(self, problem: Problem) -> None:
+        """Go on with a formulation of ``problem``: this one's, on another grid; or afresh."""
+        self.spent = self.evaluations
+        self.lagrangian = self.formulate(problem)
 
     def at_rest(self) -> Runner | None:
         """Robots that stay where they start, if they may: who has to stay together for ever is better off so.
 
         Random first guesses tear such swarms apart, and they do not find back through one another.
         """
-        self.afresh()
+        self.on(self.problem)
         lagrangian, schedule = self.lagrangian, replace(self.schedule, penalty=REST_PENALTY)
         z = lagrangian.modes.variables(np.zeros(self.problem.dynamics.controls_shape)).ravel()
         lagrangian.adapt(lagrangian.motion(z))
@@ -131,70 +128,21 @@ class Search:
         self.record(state, "at rest")
         return Runner(state, Memory(schedule.memory))
 
-    def again(self) -> Runner:
-        """The winner of another race, with other starts."""
-        self.afresh()
-        return self.cold()
-
     def ripe(self, state: al.State) -> bool:
         """Whether the coarse grid has said what it can."""
         near = max(state.violation, state.preference) <= RIPE * METRE_TOLERANCE
         return near or al.terminate(state, self.schedule)
 
-    def refined(self, state: al.State, coarse: Lagrangian) -> al.State:
-        """The state of a coarse search on the problem's own grid."""
-        u = refined_controls(state.motion.u, self.problem.steps)
-        fresh = al.init(self.lagrangian, self.lagrangian.modes.variables(u).ravel(), self.schedule)
+    def moved(self, runner: Runner) -> Runner:
+        """A runner from a coarser grid on this one."""
+        lagrangian, state = self.lagrangian, runner.state
+        u = refined_controls(state.motion.u, lagrangian.problem.steps)
+        fresh = al.init(lagrangian, lagrangian.modes.variables(u).ravel(), self.schedule)
         multipliers = tuple(
             refined_multipliers(lam, zero.shape) for lam, zero in zip(state.multipliers, fresh.multipliers, strict=True)
         )
-        return replace(fresh, multipliers=multipliers, mu=state.mu, round=state.round)
-
-    def race(self) -> Runner:
-        """The best of random starts: after every heat, the better ones go on."""
-        cheap = self.lagrangian.problem.steps < self.problem.steps
-        field, heats = self.settings.starts or (MANY if cheap else FEW), COARSE_HEATS if cheap else HEATS
-        runners = [self.start() for _ in range(field)]
-        for share, rounds in heats:
-            runners = sorted(runners, key=lambda runner: runner.merit)[: max(1, round(share * field))]
-            if len(runners) > 1 and self.keep_going():
-                runners = self.heat(runners, rounds)
-        return min(runners, key=lambda runner: runner.merit)
-
-    def start(self) -> Runner:
-        """A random first guess."""
-        modes, (_, robots, nu) = self.lagrangian.modes, self.lagrangian.problem.dynamics.controls_shape
-        z = START_SPREAD * self.rng.standard_normal(modes.S.shape[1] * robots * nu)
-        return Runner(al.init(self.lagrangian, z, self.schedule), Memory(self.schedule.memory))
-
-    def heat(self, runners: list[Runner], rounds: int) -> list[Runner]:
-        """Runners after as many rounds; as they were if there was no time for any of them."""
-        phase = f"best of {len(runners)} starts"
-        if not stackable(self.lagrangian.problem):
-            return [self.alone(runner, rounds, phase) for runner in runners]
-        lanes = min(len(runners), LANES)
-        if self.stack is None or self.stack.swarms != lanes:
-            self.stack = Stack(self.lagrangian.problem, lanes)
-
-        def closed(round_: Closed) -> None:
-            self.tell_of(round_.E, round_.worst, phase, round_.evaluations)
-
-        ran, evaluations = run_lanes(self.stack, runners, rounds, self.schedule, self.keep_going, closed)
-        self.lagrangian.evaluations += evaluations
-        ran = [runner._replace(state=al.measured(self.lagrangian, runner.state)) for runner in ran]
-        for runner in ran:
-            self.record(runner.state, phase)
-        return ran or runners
-
-    def alone(self, runner: Runner, rounds: int, phase: str) -> Runner:
-        """A few rounds of one runner whose problem cannot be stacked."""
-        state, memory, _ = runner
-        for _ in range(rounds):
-            if not self.keep_going():
-                break
-            state = al.step(self.lagrangian, state, self.schedule.steady, memory, self.keep_going)
-            self.record(state, phase)
-        return Runner(state, memory, al.merit(self.lagrangian, state))
+        fresh = replace(fresh, multipliers=multipliers, mu=state.mu, round=state.round)
+        return Runner(fresh, Memory(self.schedule.memory), runner.merit)
 
     def rounds(self, runner: Runner) -> al.State:
         """Rounds until done, interrupted or out of time."""
@@ -319,7 +267,7 @@ def search_cold(search: Search) -> SolveOutcome:
         if rest is not None:
             last = _settled(search, rest)
         elif not al.hopeless(last, search.schedule):
-            last = _settled(search, search.again())
+            last = _settled(search, search.cold())
     return _ended(search, last)
 
 

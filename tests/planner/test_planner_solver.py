@@ -6,13 +6,13 @@ import pytest
 
 from missions.connectivity import AllTimeConnectivity
 from missions.schema import CircleObstacle, Horizon, ProbabilisticConnectivity, SolverSettings
-from planner.coarser import coarser
+from planner.coarser import RACE, coarser
 from planner.constraints.paths import When
 from planner.constraints.separation import Separation
 from planner.errors import NoFeasiblePlan
 from planner.indicators import indicators
 from planner.problem import Margins, build_problem
-from planner.solver import search
+from planner.solver import race, search
 from planner.solver.augmented_lagrangian import Schedule, State, pace
 from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lbfgs import Memory, Point, answered, line_search, minimise
@@ -224,7 +224,7 @@ class TestNoPlan:
         monkeypatch.setattr(search, "REPAIR_SECONDS", 0.1)
         problem = build_problem(small(CONNECTED))
         tested = search.Search(problem, SETTINGS, Schedule())
-        before = tested.start().state
+        before = race.start(tested.lagrangian, tested.schedule, tested.rng).state
         tested.without_preferences(before)
         after = tested.repair(before)
         assert len(after.multipliers) == len(problem.constraints) < len(before.multipliers)
@@ -306,7 +306,7 @@ class TestAfterASearchWithoutAPlan:
             return runner.state if len(calls) == 1 else rounds(self, runner)
 
         monkeypatch.setattr(search.Search, "rounds", cut_short)
-        monkeypatch.setattr(search.Search, "at_rest", lambda self: self.afresh())
+        monkeypatch.setattr(search.Search, "at_rest", lambda self: None)
         outcome = solve(build_problem(mission), mission.solver)
         assert outcome.status.feasible
         assert len(calls) == 2
@@ -338,6 +338,15 @@ class TestCoarseGrid:
         assert coarser(imec(limits=dataclasses.replace(imec().limits, speed=3.0))) is None  # jumps over the map
         odd = ProbabilisticConnectivity(range=0.5, sub_periods=4, threshold=0.25)  # 75 steps each
         assert coarser(imec(connectivity=odd)) is None
+
+    def test_races_begin_on_a_grid_that_is_coarser_still(self):
+        problem = build_problem(imec())
+        assert [(lap.grid.steps, len(lap.heats)) for lap in race.laps(problem)] == [(75, 3), (150, 2)]
+        quarter = coarser(coarser(imec()), RACE)
+        assert coarser(quarter, RACE) is None  # 75 steps cannot be halved, and are few enough
+        whole = [lap.heats for lap in race.laps(dataclasses.replace(problem, coarse=problem.coarse.coarse))]
+        assert whole == [race.ROUGH_HEATS + race.COARSE_HEATS], "one coarse grid: all heats there"
+        assert [lap.grid for lap in race.laps(problem.coarse.coarse)] == [problem.coarse.coarse]
 
 
 @pytest.mark.slow
