@@ -70,12 +70,20 @@ class Attempt:
 def make_flight_plan(
     mission: Mission,
     *,
+    initial: Plan | None = None,
     progress: Callable[[Progress], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> FlightPlan:
     """Plan, fit, encode and certify.
 
     Plans of the reference method end in motion; the default method takes them on from there and brings them to rest.
+
+    Args:
+        mission: what is asked for.
+        initial: a plan of this mission, e.g. one that was picked from a front: it flies as it is if its bytes pass, and
+            else is where the search begins.
+        progress: called while it goes on.
+        should_stop: asked before every iteration; True ends the search with the best plan so far.
 
     Raises:
         NotFlyableError: the mission's dynamics are for studies.
@@ -89,11 +97,12 @@ def make_flight_plan(
         raise NotFlyableError(mission.dynamics.type)
     check_feasible(mission)
     plan_approach(mission, fleet.in_space(mission, fleet.starts(mission)))  # before the search is: it takes no time
-    ask, settings = Ask(mission, Margins()), mission.solver
-    initial: Plan | None = None
-    if settings.method != "fast":
-        reference = solve(ask.problem(), settings, progress=progress, should_stop=should_stop)
-        initial, settings = reference.plan, replace(settings, method="fast")
+    if initial is not None and (as_it_is := _certified(mission, initial)) is not None:
+        return as_it_is
+    ask, settings = Ask(mission, Margins()), replace(mission.solver, method="fast")
+    if mission.solver.method != "fast" and initial is None:
+        reference = solve(ask.problem(), mission.solver, progress=progress, should_stop=should_stop)
+        initial = reference.plan
         if initial is None:
             raise NoFeasiblePlan(reference)
     for _ in range(ROUNDS):
@@ -108,11 +117,24 @@ def make_flight_plan(
             ask = _easier_to_follow(mission, ask)
             continue
         if attempt.certificate.passed:
-            plan = at_steps(attempt.plan, mission)
-            return FlightPlan(mission, plan, attempt.trajectories, attempt.certificate, versions(), attempt.transfers)
+            return _flight_plan(mission, attempt)
         failure = CertificateFailed(attempt.certificate)
         ask = _tightened(mission, ask, attempt)
     raise failure
+
+
+def _certified(mission: Mission, plan: Plan) -> FlightPlan | None:
+    """The flight of a plan as it is; None if its bytes miss a limit, or polynomials cannot follow it."""
+    try:
+        attempt = _realise(mission, plan)
+    except TrajectoryError:
+        return None
+    return _flight_plan(mission, attempt) if attempt.certificate.passed else None
+
+
+def _flight_plan(mission: Mission, attempt: Attempt) -> FlightPlan:
+    plan = at_steps(attempt.plan, mission)
+    return FlightPlan(mission, plan, attempt.trajectories, attempt.certificate, versions(), attempt.transfers)
 
 
 def _easier_to_follow(mission: Mission, ask: Ask) -> Ask:

@@ -1,9 +1,10 @@
 """What no plan can be better than, and where a front is thin.
 
-Statistics c that are as far from each map as c is from φ_i have E_i = |c − φ_i|² (norm weighted by Λ_k). The weighted
-sum of objectives is then Σ w_i E_i = |c − Σ w_i φ_i|² + Σ w_i |φ_i − Σ w_j φ_j|²: scalarising the *maps* (SLES, Eq. 5)
-is scalarising the *objectives* up to a constant. The constant is the ideal: what c = Σ w_i φ_i would reach. No plan's
-vector is below any of these hyperplanes, so the ideal front bounds the hyper-volume from above, before any search.
+Statistics c are as far from each map as |c − φ_i|² = E_i says (norm weighted by Λ_k). The weighted sum of objectives is
+then Σ w_i E_i = |c − Σ w_i φ_i|² + Σ w_i |φ_i − Σ w_j φ_j|²: scalarising the *maps* (SLES, Eq. 5) is scalarising the
+*objectives* up to a constant. The constant is the ideal: what c = Σ w_i φ_i would reach. No plan's vector is below any
+of these hyperplanes, so the front's shape is known before any search, and how far a plan is from its hyperplane is what
+is left to be gained there.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from missions.arrays import Array
 from planner.pareto.hypervolume import exclusive
 
+MARGIN = 1.1
 NEAREST = 3  # found points that a forecast leans on
 
 
@@ -33,6 +35,12 @@ def ideal_vectors(weights: Array, distances: Array) -> Array:
     spread = 0.5 * (mixed * weights).sum(axis=1, keepdims=True)  # Σ_j w_j |φ_j − φ̄|²
     result: Array = mixed - spread
     return result
+
+
+def nadir(distances: Array) -> Array:
+    """(m,) the worst each objective gets on the ideal front, and a little more, so that the ends count as well."""
+    worst: Array = MARGIN * (np.asarray(distances) ** 2).max(axis=1)
+    return worst
 
 
 def forecast(weights: Array, found_weights: Array, found: Array, distances: Array) -> Array:
@@ -55,10 +63,18 @@ def forecast(weights: Array, found_weights: Array, found: Array, distances: Arra
     return result
 
 
-def gaps(candidates: Array, found_weights: Array, found: Array, distances: Array, count: int) -> list[Gap]:
+def gaps(
+    candidates: Array,
+    found_weights: Array,
+    found: Array,
+    distances: Array,
+    count: int,
+    reference: Array | None = None,
+) -> list[Gap]:
     """The ``count`` weightings of ``candidates`` (n, m) that promise most, best first, each knowing of those before it.
 
-    A candidate's gain is the hyper-volume that its forecast adds to what is there and to the forecasts chosen before.
+    A candidate's gain is the hyper-volume that its forecast adds to what is there and to the forecasts chosen before,
+    up to ``reference`` (m,), by default (1, …, 1).
     """
     expected = forecast(candidates, found_weights, found, distances)
     front, chosen = found, []
@@ -68,7 +84,7 @@ def gaps(candidates: Array, found_weights: Array, found: Array, distances: Array
         for index in np.argsort(-bound, kind="stable"):
             if bound[index] <= gain:
                 break
-            bound[index] = exclusive(expected[index], front)
+            bound[index] = exclusive(expected[index], front, reference)
             if bound[index] > gain:
                 best, gain = int(index), float(bound[index])
         chosen.append(Gap(candidates[best], gain))

@@ -86,6 +86,8 @@ def test_two_maps_as_published_with_as_many_points(two):
     weights = np.array([e.weights for e in simplex.breadth_first(simplex.grid(2, 0.1), np.array([1.0, 0.0]))])
     front = search_all(two, weights)
     assert len(front.vectors) == 11
-    assert 0.8676 <= hypervolume(front.vectors) <= hypervolume(ideal_vectors(weights, two.distances))
+    assert hypervolume(front.vectors) >= 0.8676
+    ideal = ideal_vectors(weights, two.distances)
+    assert (front.vectors @ weights.T >= np.einsum("nm,nm->n", weights, ideal)).all()
     again = search_all(two, weights)
     assert np.array_equal(front.controls, again.controls)
