@@ -187,7 +187,7 @@ def _stopped(rows, phases, plan):
 
 
 def _places(plan):
-    """Where each may be sent, (n, 3) [m]: the pad and above it, the start of its search, the end and the floor below."""
+    """Where each may be sent, (n, 3) [m]: pad and above it, start and end of its search, and the floor below that."""
     altitude = plan.mission.flight.altitude
     return {
         robot.name: np.array(
