@@ -13,11 +13,11 @@ MOTOR_RANGE = 65535.0
 def motor_share(record: FlightRecord, robot: str) -> tuple[Array, Array]:
     """Flight clock (S,) [s] and what each motor was commanded (S, 4), 0 to 1; empty without such telemetry."""
     series = record.of(robot, "motors")
-    rows = () if series is None else series.texts["power"]
-    good = [k for k, row in enumerate(rows) if isinstance(row, list) and len(row) == 4]
-    if series is None or not good:
+    if series is None:
         return np.empty(0), np.empty((0, 4))
-    return series.t[good], np.array([rows[k] for k in good], dtype=np.float64) / MOTOR_RANGE
+    share = np.stack([series[f"m{k}"] for k in (1, 2, 3, 4)], axis=1) / MOTOR_RANGE
+    known = np.isfinite(share).all(axis=1)
+    return series.t[known], share[known]
 
 
 def tilt_angles(record: FlightRecord, robot: str) -> tuple[Array, Array]:

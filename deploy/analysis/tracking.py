@@ -14,7 +14,7 @@ from planner.trajectory.timeline import Timeline
 
 _LAGS = np.arange(-0.2, 1.2001, 0.02)  # s, lags that are tried
 _FINE = 0.02  # s, steps at which a trajectory is as good as straight: 0.05 mm at 1 m/s²
-_LAG_SAMPLES = 3000  # positions compared; a long flight is thinned, not cut
+_LAG_SAMPLES = 1500  # positions compared; a long flight is thinned, not cut
 _LEAST_MOTION = 0.02  # m of standard deviation below which an axis says nothing about lag
 
 

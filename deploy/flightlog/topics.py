@@ -101,7 +101,7 @@ TOPICS: tuple[Topic, ...] = (
     Topic(
         "/{robot}/motors",
         "ergoflie.Motors",
-        (Field("power", Kind.NUMBERS, "0..65535", "command of each motor"),),
+        tuple(Field(f"m{k}", Kind.INTEGER, "0..65535", f"command of motor {k}") for k in (1, 2, 3, 4)),
         "",
         "flight clock at reception",
         "flight.log_rate",

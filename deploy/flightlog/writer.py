@@ -124,7 +124,7 @@ class FlightLog:
 
     def motors(self, robot: str, t: float, power: Sequence[int]) -> None:
         """What each motor is commanded: m1 to m4, 0..65535."""
-        self.write(f"/{robot}/motors", t, {"power": list(power)})
+        self.write(f"/{robot}/motors", t, {f"m{k}": value for k, value in enumerate(power, 1)})
 
     def event(
         self,

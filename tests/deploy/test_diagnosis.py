@@ -247,8 +247,8 @@ def test_everybody_unseen_at_once_is_the_system_and_one_alone_his_markers(good):
 def with_motors(record, robot, power):
     """Motor commands (4,) from a function of the time since the search began, at telemetry's rate."""
     t = record.series[f"/{robot}/battery"].t
-    rows = tuple([int(65535 * share) for share in power(at - BEGIN)] for at in t.tolist())
-    return with_series(record, f"/{robot}/motors", t, texts={"power": rows})
+    share = np.array([power(at - BEGIN) for at in t.tolist()])
+    return with_series(record, f"/{robot}/motors", t, {f"m{k + 1}": 65535 * share[:, k] for k in range(4)})
 
 
 def test_motors_at_their_limit_are_saturation(good):
