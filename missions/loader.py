@@ -79,7 +79,9 @@ def _with_density(
     maps: list[SingleMap] = []
     for where, single in single_maps(mission.information):
         if isinstance(single, ImageMap | ArrayMap):
-            files[single.file], density = _read_map(single, mission.dimension, f"{where}.file", read_file, reader)
+            files[single.file], density = _read_map(
+                single, mission.information_axes, f"{where}.file", read_file, reader
+            )
             single = dataclasses.replace(single, density=density)
         maps.append(single)
     mission = dataclasses.replace(mission, information=with_maps(mission.information, tuple(maps)))

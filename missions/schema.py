@@ -29,6 +29,7 @@ from missions.fields import NAME
 from missions.fields import Vector as Vector
 from missions.fields import field as field
 from missions.flight import Flight as Flight
+from missions.footprint import Footprint as Footprint
 from missions.information import ArrayMap as ArrayMap
 from missions.information import Gaussian as Gaussian
 from missions.information import GaussianMixtureMap as GaussianMixtureMap
@@ -207,6 +208,11 @@ class Mission:
     obstacles: tuple[Obstacle, ...] = field("what to stay out of", default=(), items=(0, 1000))
     zones: tuple[Zone, ...] = field("where some or all robots stay out or in", default=(), items=(0, 1000))
     basis: Basis = field("cosine basis of the ergodic metric", default=Basis())
+    footprint: Footprint | None = field(
+        "what every robot sees of the floor: the information is then on the floor, in two axes, and what is seen is "
+        "compared with it; default: robots are where they are, in as many axes as the workspace has",
+        default=None,
+    )
     dynamics: MotionModel = field("how robots move when controlled", default=DoubleIntegratorModel())
     flight: Flight = field("take-off, rates, on-board settings", default=Flight())
     trajectory: TrajectorySettings = field("how the plan becomes bytes", default=TrajectorySettings())
@@ -224,6 +230,11 @@ class Mission:
     def dimension(self) -> int:
         """ν: 2 or 3 axes are planned."""
         return len(self.workspace.lower)
+
+    @property
+    def information_axes(self) -> int:
+        """Axes of the information: the workspace's, or the floor's two if robots look down at it."""
+        return self.dimension if self.footprint is None else 2
 
     @property
     def steps(self) -> int:

@@ -70,9 +70,10 @@ def _check_weights(information: SeveralMaps, error: ErrorAt) -> None:
 
 
 def _check_gaussian(mission: Mission, gaussian: Gaussian, where: str, error: ErrorAt) -> None:
-    nu = mission.dimension
+    nu = mission.information_axes
     if len(gaussian.mean) != nu:
-        raise error(f"got {len(gaussian.mean)} numbers; allowed: {nu}, as the workspace has", f"{where}.mean")
+        whose = "workspace" if mission.footprint is None else "floor, which is looked at,"
+        raise error(f"got {len(gaussian.mean)} numbers; allowed: {nu}, as the {whose} has", f"{where}.mean")
     matrix = _covariance(gaussian, nu)
     if matrix is None:
         allowed = f"a number, {nu} numbers, or a {nu} × {nu} matrix [m²]"
@@ -84,7 +85,8 @@ def _check_gaussian(mission: Mission, gaussian: Gaussian, where: str, error: Err
         raise error(
             f"not positive definite (least eigenvalue {least:.3g}); allowed: above 0 [m²]", f"{where}.covariance"
         )
-    box = zip(mission.workspace.lower, mission.workspace.upper, gaussian.mean, np.diag(matrix), strict=True)
+    lower, upper = mission.workspace.lower[:nu], mission.workspace.upper[:nu]
+    box = zip(lower, upper, gaussian.mean, np.diag(matrix), strict=True)
     for low, high, mean, variance in box:
         # All of the Gaussian that is in the workspace is in this slab, so less than 1e-9 of it is in the workspace.
         if max(low - mean, mean - high) > _OUTSIDE_SIGMAS * math.sqrt(variance):

@@ -40,7 +40,8 @@ def coarser(mission: Mission, grid: Grid = SEARCH) -> Mission | None:
     if mission.steps < 2 * grid.fewest or any(step % 2 for step in (mission.steps, *marks)):
         return None
     box, functions = mission.workspace, mission.basis.functions_per_axis
-    shortest = min(high - low for low, high in zip(box.lower, box.upper, strict=True)) / max(functions - 1, 1)
+    sides = [high - low for low, high in zip(box.lower, box.upper, strict=True)][: mission.information_axes]
+    shortest = min(sides) / max(functions - 1, 1)
     dt = 2.0 * mission.horizon.dt
     if dt * float(fleet.speeds(mission).max()) > grid.farthest * shortest:
         return None

@@ -24,15 +24,25 @@ from planner.connectivity.same_time import same_time_log_probability
 from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
 from planner.ergodic.target import information_coefficients
+from planner.footprint.metric import FootprintMetric
+from planner.footprint.mission import footprint_of
 
 MOST_TERMS = 4_000_000  # of double sums worked out at once: 100 MB
 
 
-def ergodic_metric(mission: Mission) -> ErgodicMetric:
-    """The mission's ergodic metric: basis on its workspace, coefficients of its information map."""
-    box = mission.workspace
-    basis = CosineBasis(np.array(box.lower), np.array(box.upper), mission.basis.functions_per_axis)
-    return ErgodicMetric(basis, information_coefficients(mission.information, basis))
+def ergodic_metric(mission: Mission) -> ErgodicMetric | FootprintMetric:
+    """The mission's ergodic metric: basis on its workspace, coefficients of its information map.
+
+    Of what robots see of the floor, if the mission says what that is (FEO, Eq. 26).
+    """
+    box, axes = mission.workspace, mission.information_axes
+    basis = CosineBasis(np.array(box.lower[:axes]), np.array(box.upper[:axes]), mission.basis.functions_per_axis)
+    phi_k = information_coefficients(mission.information, basis)
+    if mission.footprint is None:
+        return ErgodicMetric(basis, phi_k)
+    footprint = footprint_of(mission.footprint, mission.horizon.dt)
+    altitude = fleet.altitudes(mission) if mission.dimension == 2 else None
+    return FootprintMetric(basis, phi_k, (footprint,) * len(mission.robots), altitude=altitude)
 
 
 def indicators(mission: Mission, t: Array, q: Array, contacts: Sequence[Contact] | None = None) -> Indicators:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -27,6 +27,14 @@ class Metric(Protocol):
 
     def evaluate(self, q: Array) -> MetricValue:
         """Value and gradient for positions q (T, N, ν) [m]."""
+
+
+@runtime_checkable
+class SwarmMetric(Protocol):
+    """A metric that measures several swarms at once."""
+
+    def evaluate_each(self, points: Array) -> tuple[Array, Array]:
+        """Values (B,) for each of B swarms' positions (B, T·N, ν) [m], and the gradient (B, T·N, ν) [1/m]."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from planner.footprint.outline import Disc
 from planner.footprint.polar import PolarFootprint
 
 RINGS = 48  # nodes of the factor's integral where the weight falls with distance: exact to rounding
+NEGLIGIBLE = 1e-13  # Chebyshev coefficients below this change no digit
 
 
 @dataclass(frozen=True)
@@ -57,24 +58,26 @@ class DiscFootprint:
     def _whole(self, basis: CosineBasis, x: Array) -> Look:
         """Discs inside the workspace, at x (M, 1, 3)."""
         points, height = x[:, 0, :2], x[:, 0, 2]
-        A, largest = _factors(basis.n, tuple(basis.lower), tuple(basis.upper), self.rim)
         radius = self.disc.size(height)
+        A, largest = _factors(basis.n, *(basis.upper - basis.lower), self.rim, _halvings(basis, float(radius.max())))
         T, T_rate = _chebyshev(2.0 * (radius / largest) ** 2 - 1.0, len(A))  # (D, M)
         tables = basis.tables(points)
         (C_x, C_y), (S_x, S_y) = tables.cosine.swapaxes(0, 1), tables.sine.swapaxes(0, 1)
         scale = A / (len(x) * basis.h_k)  # (D, n, n)
-        c_k: Array = (scale * ((T[:, None] * C_x) @ C_y.T)).sum(axis=0)
+        D, n = len(A), basis.n
+        weighted = (T[:, None] * C_x).reshape(D * n, -1)
+        c_k: Array = (scale * (weighted @ C_y.T).reshape(D, n, n)).sum(axis=0)
 
         def pull(weights: Array) -> Array:
             W = scale * weights
-            along_y = W @ C_y  # (D, n, M)
-            by_T = np.einsum("am,dam->dm", C_x, along_y)
-            k = np.arange(basis.n, dtype=np.float64)[:, None]
+            along_y = (W.reshape(D * n, n) @ C_y).reshape(D, n, -1)
+            along_x = (W.swapaxes(1, 2).reshape(D * n, n) @ C_x).reshape(D, n, -1)
+            k = np.arange(n, dtype=np.float64)[:, None]
             gradient = np.empty((len(x), 1, 3))
-            gradient[:, 0, 0] = np.einsum("am,dm,dam->m", k * S_x, T, along_y, optimize=True)
-            gradient[:, 0, 1] = np.einsum("bm,dm,dbm->m", k * S_y, T, W.swapaxes(1, 2) @ C_x, optimize=True)
+            gradient[:, 0, 0] = (k * S_x * np.einsum("dm,dam->am", T, along_y)).sum(axis=0)
+            gradient[:, 0, 1] = (k * S_y * np.einsum("dm,dbm->bm", T, along_x)).sum(axis=0)
             gradient[:, 0, :2] *= -np.pi / (basis.upper - basis.lower)
-            by_radius = np.einsum("dm,dm->m", by_T, T_rate) * 4.0 * radius / largest**2
+            by_radius = (C_x * np.einsum("dm,dam->am", T_rate, along_y)).sum(axis=0) * 4.0 * radius / largest**2
             gradient[:, 0, 2] = by_radius * self.disc.growth(height)
             return gradient
 
@@ -95,30 +98,35 @@ def disc_factor(z: Array, rim: float = 1.0) -> Array:
     return weighted
 
 
-@lru_cache(maxsize=8)
-def _factors(n: int, lower: tuple[float, ...], upper: tuple[float, ...], rim: float) -> tuple[Array, float]:
-    """Chebyshev coefficients (D, n, n) of the factors in (r/largest)², and the largest radius that fits [m]."""
-    side = np.array(upper) - np.array(lower)
-    largest = 0.5 * float(side.min())
+def _halvings(basis: CosineBasis, radius: float) -> int:
+    """How often the largest radius that fits can be halved and still be no less than ``radius``."""
+    largest = 0.5 * float((basis.upper - basis.lower).min())
+    return max(0, math.floor(math.log2(largest / radius)))
+
+
+@lru_cache(maxsize=32)
+def _factors(n: int, side_x: float, side_y: float, rim: float, halvings: int) -> tuple[Array, float]:
+    """Chebyshev coefficients (D, n, n) of the factors in (r/largest)², and that largest radius [m]."""
+    largest = 0.5 * min(side_x, side_y) / 2.0**halvings
     k = np.arange(n) * np.pi
-    kappa = np.hypot((k / side[0])[:, None], (k / side[1])[None])
-    degree = 14 + math.ceil(0.5 * float(kappa.max()) * largest)  # the factor is entire: errors fall to rounding here
+    kappa = np.hypot((k / side_x)[:, None], (k / side_y)[None])
+    degree = 20 + math.ceil(float(kappa.max()) * largest)  # the factor is entire: more than enough
     node = np.cos(np.pi * (np.arange(degree) + 0.5) / degree)
     values = disc_factor(kappa * (largest * np.sqrt(0.5 * (node + 1.0)))[:, None, None], rim)
     T, _ = _chebyshev(node, degree)
     A = np.einsum("dj,jab->dab", T, values) * (2.0 / degree)
     A[0] *= 0.5
-    return frozen(A), largest
+    counts = np.abs(A).max(axis=(1, 2)) > NEGLIGIBLE
+    return frozen(A[: int(np.flatnonzero(counts)[-1]) + 1]), largest
 
 
 def _chebyshev(y: Array, degree: int) -> tuple[Array, Array]:
     """T_d(y) and their derivatives, (D, M) each, at y (M,) in [−1, 1]."""
-    T, U = np.ones((degree, len(y))), np.ones((degree, len(y)))
-    if degree > 1:
-        T[1], U[1] = y, 2.0 * y
+    T, U = np.ones((max(degree, 2), len(y))), np.ones((max(degree, 2), len(y)))
+    T[1], U[1] = y, 2.0 * y
     for d in range(2, degree):
         T[d] = 2.0 * y * T[d - 1] - T[d - 2]
         U[d] = 2.0 * y * U[d - 1] - U[d - 2]
     rate = np.zeros_like(T)
-    rate[1:] = np.arange(1, degree)[:, None] * U[:-1]
-    return T, rate
+    rate[1:] = np.arange(1, len(T))[:, None] * U[:-1]
+    return T[:degree], rate[:degree]

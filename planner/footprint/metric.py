@@ -50,6 +50,12 @@ class FootprintMetric:
             gradient[:, robots] = look.pull(2.0 * share * weighted)[..., : q.shape[2]]
         return MetricValue(float(np.vdot(weighted, error)), gradient)
 
+    def evaluate_each(self, points: Array) -> tuple[Array, Array]:
+        """E (B,) of each of B swarms' positions (B, T·N, ν) [m], and the gradient (B, T·N, ν) [1/m]."""
+        swarms, _, nu = points.shape
+        each = [self.evaluate(q) for q in points.reshape(swarms, -1, len(self.footprints), nu)]
+        return np.array([E for E, _ in each]), np.stack([gradient for _, gradient in each]).reshape(points.shape)
+
     def _look(self, q: Array) -> tuple[Array, list[tuple[list[int], Look]]]:
         x = self._in_space(q)
         looks = [(robots, footprint.look(self.basis, x[:, robots])) for footprint, robots in self._groups()]

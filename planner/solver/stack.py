@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from missions.arrays import Array
 from planner.constraints.base import Constraint, Stackable
 from planner.dynamics import Cotangent, DoubleIntegrator, Motion
-from planner.ergodic.metric import ErgodicMetric
+from planner.ergodic.metric import SwarmMetric
 from planner.problem import Problem
 from planner.solver.lagrangian import SMALLEST_E
 from planner.solver.modes import ControlModes
@@ -26,7 +26,7 @@ from planner.solver.scaling import scaled_modes
 def stackable(problem: Problem) -> bool:
     """Whether swarms of the problem can be stacked."""
     constraints = (*problem.constraints, *problem.preferences)
-    known = isinstance(problem.dynamics, DoubleIntegrator) and isinstance(problem.metric, ErgodicMetric)
+    known = isinstance(problem.dynamics, DoubleIntegrator) and isinstance(problem.metric, SwarmMetric)
     return known and all(isinstance(constraint, Stackable) for constraint in constraints)
 
 
@@ -62,8 +62,8 @@ def _stackable(constraint: Constraint) -> Stackable:
     return constraint
 
 
-def _ergodic(problem: Problem) -> ErgodicMetric:
-    if not isinstance(problem.metric, ErgodicMetric):
+def _ergodic(problem: Problem) -> SwarmMetric:
+    if not isinstance(problem.metric, SwarmMetric):
         raise TypeError(f"{type(problem.metric).__name__} measures no more than one swarm; see stackable()")
     return problem.metric
 

@@ -1,0 +1,66 @@
+"""What a robot sees of the floor from where it is: the footprint of its sensor.
+
+A mission with footprints has its information on the floor, in two axes, wherever the robots fly above it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from missions.fields import Vector, field
+
+
+@dataclass(frozen=True)
+class PointFootprint:
+    """The point of the floor right below."""
+
+    type: Literal["point"] = "point"
+
+
+@dataclass(frozen=True)
+class DiscFootprint:
+    """All within a distance of the point below, whatever the height."""
+
+    radius: float = field("of the disc", unit="m", above=0.0, at_most=100.0)
+    rim: float = field(
+        "what the sensor sees at the outline, of what it sees at the centre; in between as a Gaussian",
+        above=0.0,
+        at_most=1.0,
+        default=1.0,
+    )
+    type: Literal["disc"] = "disc"
+
+
+@dataclass(frozen=True)
+class ConeFootprint:
+    """What a downward camera with a round picture sees: much and coarsely from above, little and finely from below."""
+
+    slope: float = field("k_h: radius on the floor per metre of height", above=0.0, at_most=10.0)
+    rim: float = field(
+        "what the sensor sees at the outline, of what it sees at the centre; in between as a Gaussian",
+        above=0.0,
+        at_most=1.0,
+        default=1.0,
+    )
+    tilts: bool = field("fixed to the body, so that it looks aside where the drone accelerates", default=False)
+    type: Literal["cone"] = "cone"
+
+
+@dataclass(frozen=True)
+class WindowFootprint:
+    """What a level downward camera with a rectangular picture sees."""
+
+    slopes: Vector = field(
+        "half length and half width of the picture on the floor per metre of height",
+        above=0.0,
+        at_most=10.0,
+        items=(2, 2),
+    )
+    yaw: float = field(
+        "direction of its length, counter-clockwise from x", unit="rad", at_least=-6.2832, at_most=6.2832, default=0.0
+    )
+    type: Literal["window"] = "window"
+
+
+Footprint = PointFootprint | DiscFootprint | ConeFootprint | WindowFootprint
