@@ -34,6 +34,8 @@ def build_report(analysis: FlightAnalysis) -> str:
         style=_read("report.css"),
         script="\n".join(_read(name) for name in _SCRIPTS),
         data=script_json(data),
+        playback=_read("playback.html"),
+        bar=_read("bar.html"),
         verdict=verdict(analysis),
         diagnoses=diagnoses(analysis),
         figures=sections.figures(analysis),

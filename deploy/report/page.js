@@ -22,7 +22,7 @@ function element(name, text, className) {
   return out;
 }
 
-const tEnd = play.t0 + play.dt * (play.n - 1);
+let tEnd = play.t0 + play.dt * (play.n - 1); // grows while a flight is watched live
 
 // The one time cursor [s]. Whoever shows time subscribes. It begins where the search ends: all of it is to be seen.
 const cursor = {

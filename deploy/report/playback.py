@@ -12,7 +12,7 @@ from deploy.heat import heat_image
 from deploy.report.packing import packed
 from missions.arrays import Array
 from missions.fleet import altitudes
-from missions.schema import Obstacle
+from missions.schema import Mission, Obstacle
 from missions.shapes import heights, outline
 from planner.trajectory.encode import decode
 
@@ -29,28 +29,32 @@ def zero_time(analysis: FlightAnalysis) -> float:
 
 def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
     """Scene and motion; times are mission times [s], positions metres in the world frame."""
-    mission = analysis.flight_plan.mission
-    names = [robot.name for robot in mission.robots]
-    t = _grid(analysis, len(names))
+    t = _grid(analysis, len(analysis.flight_plan.mission.robots))
+    return {
+        **stage_data(analysis.flight_plan.mission),
+        "t0": float(t[0]),
+        "dt": float(t[1] - t[0]),
+        "n": len(t),
+        "flown": packed(_flown(analysis, t)),
+        "planned": packed(_planned(analysis, t)),
+        "phases": phases(analysis),
+        "marks": marks(analysis),
+    }
+
+
+def stage_data(mission: Mission) -> dict[str, object]:
+    """What stands still: who flies, where, around what, over which map."""
     lower, upper = list(mission.workspace.lower), list(mission.workspace.upper)
     altitude = float(altitudes(mission).max())
-    flown, planned = _flown(analysis, t), _planned(analysis, t)
     return {
-        "robots": names,
+        "robots": [robot.name for robot in mission.robots],
         "lower": [*lower[:2], lower[2] if len(lower) == 3 else 0.0],
         "upper": [*upper[:2], upper[2] if len(upper) == 3 else altitude],
         "range": mission.connectivity.range,
         "altitude": altitude,
         "obstacles": [_obstacle(obstacle) for obstacle in mission.obstacles],
         "heat": heat_image(mission),
-        "t0": float(t[0]),
-        "dt": float(t[1] - t[0]),
-        "n": len(t),
         "duration": mission.horizon.duration,
-        "flown": packed(flown),
-        "planned": packed(planned),
-        "phases": phases(analysis),
-        "marks": marks(analysis),
     }
 
 

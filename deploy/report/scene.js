@@ -2,7 +2,7 @@
 
 const scene = (() => {
   const canvas = document.getElementById("scene");
-  const flown = unpack(play.flown), planned = unpack(play.planned);
+  let flown = unpack(play.flown), planned = unpack(play.planned);
   const N = play.robots.length;
   const lower = play.lower, upper = play.upper;
   const centre = [(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, upper[2] / 2];
@@ -235,5 +235,6 @@ const scene = (() => {
     item.append(robotButton(name, i));
     legend.append(item);
   });
-  return { draw, flown, restyle: paintHeat };
+  function feed(seen, wanted) { flown = seen; planned = wanted; } // a flight that is watched live
+  return { draw, flown, restyle: paintHeat, feed };
 })();
