@@ -36,7 +36,10 @@ class Clock(Protocol):
         """
 
     def hold(self) -> AbstractContextManager[None]:
-        """Mark work that takes wall time but, in a rehearsal, no flight time (a connection, an upload)."""
+        """Mark work that takes wall time (a connection, an upload); a rehearsal's clock stands meanwhile."""
+
+    def owes(self) -> bool:
+        """Whether work that held a rehearsal's clock takes flight time that has yet to pass: its packets'."""
 
 
 class SystemClock:
@@ -78,6 +81,10 @@ class SystemClock:
         """Wall time cannot be held: nothing to do."""
         yield
 
+    def owes(self) -> bool:
+        """Never: wall time has passed."""
+        return False
+
 
 class VirtualClock:
     """Simulated time: advances only inside :meth:`sleep_until`, carrying attached worlds along.
@@ -106,6 +113,8 @@ class VirtualClock:
         self._mine = threading.local()
         self._free = threading.Condition()
         self._stalls = 0
+        self._debts: list[Callable[[], float]] = []
+        self._paid = 0.0  # [s] when nothing is owed any more
         self._due = time.monotonic()
 
     @property
@@ -117,9 +126,22 @@ class VirtualClock:
         """Simulated seconds."""
         return self._now
 
-    def attach(self, advance: Callable[[float], None], settle: Callable[[float], bool]) -> None:
-        """Carry a world along: ``advance(t)`` moves it to t; ``settle(timeout)`` waits for its clients to digest."""
+    def attach(
+        self,
+        advance: Callable[[float], None],
+        settle: Callable[[float], bool],
+        owed: Callable[[], float] | None = None,
+    ) -> None:
+        """Carry a world along.
+
+        Args:
+            advance: moves it to a time [s].
+            settle: waits for its clients to digest, for at most so long [s].
+            owed: flight time [s] of what it did while the clock was held, since the last call.
+        """
         self._worlds.append((advance, settle))
+        if owed is not None:
+            self._debts.append(owed)
 
     def every(self, period: float, action: Callable[[], None]) -> Callable[[], None]:
         """As part of the world that is carried along."""
@@ -142,6 +164,12 @@ class VirtualClock:
     def held(self) -> bool:
         """Whether somebody's work keeps time still."""
         return self._holds > 0
+
+    def owes(self) -> bool:
+        """Whether what was done while the clock stood takes until later than now; no news while somebody holds it."""
+        if not self.held:
+            self._paid = max(self._paid, self._now) + max((owed() for owed in self._debts), default=0.0)
+        return self._now < self._paid - _INSTANT
 
     @property
     def stalls(self) -> int:

@@ -13,9 +13,8 @@ from deploy.clock import VirtualClock
 from deploy.errors import DeployError
 from deploy.execute import fly
 from deploy.flight.records import FlightOutcome, FlightStatus
+from deploy.flightlog.attachments import attachments
 from deploy.operator import Either, Interrupts, Nobody, Operator
-from deploy.planfile import plan_bytes
-from deploy.radio.cache import toc_cache
 from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.model import AirModel, stations
 from deploy.radio.simulated.physics.world import World
@@ -27,6 +26,7 @@ from deploy.scenario.effects import Props
 from deploy.scenario.killed import HostDied, ProcessKilled
 from deploy.scenario.log import RehearsalLog
 from deploy.scenario.records import Scenario
+from deploy.tables import known_tables
 from missions.airframes import airframe
 from missions.decks import DECKS, DeckName
 from missions.fleet import pads
@@ -112,7 +112,7 @@ class Stage:
             DeployError: there is no modelled radio that could fail.
         """
         if self.air is None:
-            raise DeployError("a scenario needs the modelled radio; this stage has an ideal one")
+            raise DeployError("a scenario needs a radio that can fail; this one is ideal (radio.rehearsal: modelled)")
         props = Props(self._bodies, self.world, self.mocap, self.swarm, self.air, self.operator)
         self._director = Director(scenario, self._mission, props, log)
         log.listener = self._director.hear
@@ -166,6 +166,7 @@ def rehearse(
     observer: Callable[[FlightStatus], None] | None = None,
     operator: Operator | None = None,
     scenario: Scenario | None = None,
+    tap: Callable[[int, str, bytes], None] | None = None,
     witness: Callable[[Stage], None] | None = None,
 ) -> tuple[FlightOutcome, Path]:
     """Fly a plan on simulated drones, over a radio as the mission says.
@@ -178,6 +179,7 @@ def rehearse(
         observer: told ten times a simulated second how it goes.
         operator: who may end the flight.
         scenario: what goes wrong; default: nothing.
+        tap: is told every record of the log, as ``FlightLog.tap``.
         witness: shown the stage before anybody flies, to see what really happens.
 
     Returns:
@@ -188,19 +190,28 @@ def rehearse(
             process: then the log is ``<log_path>.part``.
     """
     mission = flight_plan.mission
+    ideal = mission.radio.rehearsal == "ideal"
     metadata = {
         **flight_plan.versions,
         "backend": "simulated",
         "seed": str(seed),
+        "radio": mission.radio.rehearsal,
         "simulation": f"{deploy.radio.simulated.__doc__}\n{deploy.radio.simulated.physics.__doc__}",
     }
     if scenario is not None:
         metadata["scenario"] = scenario.text
-    attachments = {"plan.mcap": plan_bytes(flight_plan)}
     with (
-        Stage(mission, seed=seed, speed=speed, air=AirModel.of(mission)) as stage,
-        RehearsalLog(log_path, stage.clock.epoch, attachments, metadata, when_full="wait") as log,
+        known_tables() as tables,
+        Stage(mission, seed=seed, speed=speed, air=None if ideal else AirModel.of(mission)) as stage,
+        RehearsalLog(
+            log_path,
+            stage.clock.epoch,
+            attachments(flight_plan, stage.swarm.uris(), scenario.text if scenario else ""),
+            metadata,
+            when_full="wait",
+        ) as log,
     ):
+        log.tap = tap
         if witness is not None:
             witness(stage)
         props = None if scenario is None else stage.play(scenario, log)
@@ -214,10 +225,10 @@ def rehearse(
                 log=log,
                 operator=Either(operator or Nobody(), stage.operator),
                 observer=observer,
-                toc_cache=toc_cache("simulated"),
+                toc_cache=tables,
             )
         except ProcessKilled as killed:
             if props is None:
                 raise
             raise HostDied(stage.world.t, watch_alone(props, killed.watch)) from None
-    return outcome, log.path
+    return outcome, log.file

@@ -85,7 +85,7 @@ class Fleet(Mapping[str, Drone]):
             item.start()
         while True:  # at least one tick: a rehearsal's clock then stands until all are done, and so repeats
             tick()
-            if all(item.done for item in work.values()):
+            if all(item.done for item in work.values()) and not self._clock.owes():
                 break
         results, errors = {}, {}
         for name, item in work.items():

@@ -89,7 +89,7 @@ class Link:
         self._ready.clear()
         self._crazyflie.open_link(uri)
         if not self._ready.wait(deadline):
-            self._failure = f"not fully connected within {deadline:.0f} s (is the drone on, and at this address?)"
+            self._failure = f"not connected within {deadline:.0f} s (is the drone on, and at this address?)"
         if self._failure:
             self._crazyflie.close_link()
             raise LinkError(self._failure)
@@ -110,7 +110,9 @@ class Link:
 
     def _listen(self) -> None:
         crazyflie = self._crazyflie
-        crazyflie.fully_connected.add_callback(lambda uri: self._ready.set())
+        # cflib would now read every parameter, most of a cached connection's packets; who needs one asks for it.
+        crazyflie.param.request_update_of_all_params = lambda: None
+        crazyflie.connected.add_callback(lambda uri: self._ready.set())
         crazyflie.connection_failed.add_callback(lambda uri, message: self._fail(message))
         crazyflie.connection_lost.add_callback(lambda uri, message: self._lose(message))
         crazyflie.packet_sent.add_callback(self._count_sent)

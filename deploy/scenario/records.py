@@ -40,7 +40,7 @@ class Timed:
     """Something that happens."""
 
     at: float | None = field(
-        "when, by the flight's clock; it starts with the connection, which itself takes no time: 0 is before it",
+        "when, by the flight's clock, which starts with the connection: 0 is before it",
         unit="s",
         at_least=0.0,
         at_most=36000.0,
@@ -59,8 +59,8 @@ class Aimed(Timed):
 
     to: str = field("whom: a robot's name, 'dongle N', or everybody", default=EVERYBODY)
     packets: int = field(
-        "and then with so many more packets to the robot, one by name: connections and uploads take no flight time, so "
-        "this is how to hit one in the middle",
+        "and then with so many more packets to the robot, one by name: what connections and uploads take passes after "
+        "them, so this is how to hit one in the middle",
         at_least=0,
         at_most=100_000,
         default=0,

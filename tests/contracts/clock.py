@@ -36,6 +36,12 @@ def can_be_held_and_held_again(clock: Clock) -> None:
     assert clock.now() >= before + SHORT - 1e-9
 
 
+def owes_nothing_for_work_without_packets(clock: Clock) -> None:
+    with clock.hold():
+        pass
+    assert not clock.owes()
+
+
 def epoch_is_a_constant(clock: Clock) -> None:
     before = clock.epoch
     clock.sleep_until(clock.now() + SHORT)

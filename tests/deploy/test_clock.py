@@ -189,3 +189,17 @@ def test_clocks_that_cannot_run_are_refused(options):
 def test_epochs():
     assert VirtualClock(epoch=12.5).epoch == 12.5
     assert abs(SystemClock().epoch - time.time()) < 1.0
+
+
+def test_what_was_done_while_the_clock_stood_is_owed_until_it_has_passed():
+    clock, debts = VirtualClock(), [0.0]
+    clock.attach(lambda t: None, lambda timeout: True, lambda: debts.pop() if debts else 0.0)
+    assert not clock.owes()
+    with clock.hold():
+        debts.append(0.05)
+        assert not clock.owes()  # nobody knows yet how much it will be
+    assert clock.owes()
+    clock.sleep_until(0.04)
+    assert clock.owes()
+    clock.sleep_until(0.05)
+    assert not clock.owes()

@@ -128,7 +128,7 @@ def test_the_fence_and_the_radio_are_shown_with_what_is_left_of_them():
     assert inside.value.startswith("0.15 m inside (take-off geofence")
     assert (radio.name, radio.value, radio.limit) == (
         "radio budget",
-        "210 1/s (2 drones on the dongle of cf1)",
+        "170 1/s (2 drones on the dongle of cf1)",
         "<= 500 1/s",
     )
     tight = [

@@ -3,6 +3,8 @@
 import dataclasses
 import functools
 import itertools
+import tempfile
+from pathlib import Path
 
 import pytest
 from cflib.crazyflie import Crazyflie
@@ -11,6 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from deploy.clock import VirtualClock
+from deploy.radio.drone import Drone
+from deploy.radio.fleet import Fleet
 from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.fading import Fading
 from deploy.radio.simulated.air.line import LOST, STUCK
@@ -212,7 +216,7 @@ def test_a_position_that_still_waits_gives_way_to_a_newer_one_and_commands_do_no
     assert [data for _, data in drone.heard] == [b"new", b"a", b"a", b"newest"]
 
 
-def test_while_time_is_held_packets_take_none_and_keep_their_order():
+def test_while_time_is_held_packets_arrive_at_once_and_keep_their_order():
     work = []
     bench = Bench(drone := Echo(answers=1), held=lambda: bool(work))
     bench.send("cf1", b"before")
@@ -223,6 +227,99 @@ def test_while_time_is_held_packets_take_none_and_keep_their_order():
     bench.air.lines["cf1"].silence()
     bench.send("cf1", b"third")
     assert bench.lost == [LOST]
+
+
+def asked_at_once(drones, questions, model, seed=0):
+    bench = Bench(*(Echo(answers=1) for _ in range(drones)), model=model, seed=seed, held=lambda: True)
+    for name in bench.drones:
+        bench.send(name, *[b"?"] * questions)
+    return bench
+
+
+def asked_one_after_another(drones, questions, model):
+    """How long it takes everybody to ask so many questions, each when the last is answered [s]."""
+    bench = Bench(*(Echo(answers=1) for _ in range(drones)), model=model)
+
+    def ask_again(name, port, channel, data):
+        bench.got[name].append(data)
+        if len(bench.got[name]) < questions:
+            bench.send(name, b"?")
+
+    for name, line in bench.air.lines.items():
+        line.open(functools.partial(ask_again, name), bench.lost.append)
+        bench.send(name, b"?")
+    while any(len(got) < questions for got in bench.got.values()):
+        bench.t += 0.0005
+        bench.air.advance(bench.t)
+        bench.air.hand_out(bench.t)
+    return bench.t
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+@pytest.mark.parametrize("drones", [1, 2, 8])
+def test_a_conversation_while_time_is_held_owes_what_it_takes_on_the_air(drones, loss):
+    model = dataclasses.replace(CLEAN, loss=loss)
+    bench = asked_at_once(drones, 100, model)
+    assert bench.air.owed() == pytest.approx(asked_one_after_another(drones, 100, model), rel=0.15)
+    assert bench.air.owed() == 0.0  # paid
+
+
+def test_what_is_owed_repeats_and_dongles_do_not_wait_for_each_other():
+    model = dataclasses.replace(CLEAN, loss=0.2)
+    assert asked_at_once(3, 50, model, seed=4).air.owed() == asked_at_once(3, 50, model, seed=4).air.owed()
+    assert asked_at_once(3, 50, model, seed=4).air.owed() != asked_at_once(3, 50, model, seed=5).air.owed()
+    both = Bench(Echo(1), Echo(1), held=lambda: True, stations={"cf1": Station("0"), "cf2": Station("1")})
+    both.send("cf1", b"?")
+    both.send("cf2", b"?", b"?")
+    assert both.air.owed() == pytest.approx(2 * (0.002 + 0.003 + 0.002 + 0.001))
+    limited = Bench(Echo(1), held=lambda: True, rate_limit=100)
+    limited.send("cf1", b"?")
+    assert limited.air.owed() == pytest.approx(0.010 + 0.003 + 0.010 + 0.001)
+
+
+def test_nothing_gets_through_while_time_is_held_if_every_attempt_fails():
+    bench = Bench(drone := Echo(answers=1), held=lambda: True)
+    bench.air.lines["cf1"].disturb(1.0)
+    bench.send("cf1", b"?")
+    assert bench.lost == [LOST]
+    assert drone.heard == []
+    assert bench.air.owed() == pytest.approx(100 * 0.002 + 400 * 0.0005 + 0.003)
+
+
+def test_connections_take_the_air_time_of_their_packets_and_the_loop_turns_meanwhile():
+    """Cold, then with the tables of contents cached; ten drones share a dongle."""
+    clock = VirtualClock(patience=10.0)
+    air = Air(AirModel(), {}, held=lambda: clock.held)
+    names = [f"cf{i}" for i in range(10)]
+    with (
+        tempfile.TemporaryDirectory() as cache,
+        SimulatedSwarm(
+            names, IdealWorld([(float(i), 0.0, 0.0) for i in range(10)]), clock, label="cold", air=air
+        ) as swarm,
+    ):
+        fleet = Fleet([Drone(name, uri, clock, Path(cache)) for name, uri in swarm.uris().items()], clock)
+
+        def took(what, act):
+            turns, began = [], clock.now()
+
+            def tick():
+                clock.sleep_until(clock.now() + 0.01)
+                turns.append(clock.now())
+
+            fleet.each(what, act, tick)
+            assert len(turns) == pytest.approx((clock.now() - began) / 0.01, abs=1)
+            return clock.now() - began
+
+        def drop(drone):
+            drone.close(force=True)
+
+        cold = took("connecting", Drone.connect)
+        took("closing", drop)
+        cached = took("connecting", Drone.connect)
+        took("closing", drop)
+    unregister()
+    assert 25.0 < cold < 40.0  # 8160 questions and as many answers, 500 a second
+    assert 4.0 < cached < 7.0  # 1290
 
 
 def test_latency_comes_and_goes_without_swapping_packets():

@@ -7,15 +7,17 @@ Link                  modelled: every packet of cflib's handshake, byte for byte
 Radio                 modelled: exchanges shared by a dongle's drones in turn, tuning to another channel, latency,
                       independent and bursty losses, hardware retries, safelink (late, not lost), one packet down an
                       exchange, the firmware's transmit queue, rate limits, lost links ("Too many packets lost",
-                      "Could not send packet"). ideal: connections, uploads on the ground and whatever else holds
-                      the clock take no radio time; a drone with nothing to say is polled every 10 ms or when it
-                      has something; a full queue delays packets instead of their sender, and a newer pose replaces
-                      one that waits; the firmware's receive queue never overflows; signal strength is made up from
-                      the losses. absent: links without safelink, interference between dongles, distance, cflib's
-                      own pings (answered, never counted). All of it ideal where no ``air`` is given
+                      "Could not send packet"); what connections and uploads on the ground take. ideal: their packets
+                      are handed over at once and that time passes after them; rehearsals know the tables of
+                      contents; a drone with nothing to say is polled every 10 ms or when it has something; a full
+                      queue delays packets instead of their sender, and a newer pose replaces one that waits; the
+                      firmware's receive queue never overflows; signal strength is made up from the losses. absent:
+                      links without safelink, interference between dongles, distance, cflib's own pings (answered,
+                      never counted). All of it ideal over UDP and with ``radio.rehearsal: ideal``
 Motion capture        modelled: rate, noise, latency; failures by scenario: blind, without some bodies, one taken for
                       another, beside the truth. absent: markers, reflections, calibration
-Positioning deck      ``sim`` only. ideal: the pose itself with noise, 50 times a second. absent: base stations, shadows
+Positioning deck      Lighthouse, in ``sim`` or if all robots have one. ideal: the pose itself with noise, 50 times a
+                      second. absent: base stations, shadows
 Parameters            modelled: the recorded table of contents with the airframe's defaults, all types, extended, by
                       name, default, persistent storage, read-only (no answer), firmware's own changes. What steers:
                       controller, gains and limits of both (posCtlPid, velCtlPid, pid_attitude, pid_rate, ctrlMel),
@@ -34,7 +36,7 @@ Memory                modelled: trajectory memory with its bounds, tester, asser
                       (read by clients while they connect), deck memory's records, LED ring. absent: decks' own
                       flash, configuration EEPROM, lighthouse geometry, anchors
 Decks                 modelled: what names them (EEPROM, deck.* parameters); the ranger that looks down; poses as from
-                      a Lighthouse deck (``ergoflie sim``). absent: flow, multiranger, UWB and everything else
+                      a Lighthouse deck. absent: flow, multiranger, UWB and everything else
 High-level commander  modelled: every command, return codes, group masks, both encodings, float32 evaluation, the
                       planner's oddities (jump of a relative yaw, compressed end marker, pieces used in place);
                       within the recordings' tolerances

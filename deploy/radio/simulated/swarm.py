@@ -115,7 +115,7 @@ class SimulatedSwarm:
         register()
         self._has_clock = clock is not None
         if clock is not None:
-            clock.attach(self.advance, self.settle)
+            clock.attach(self.advance, self.settle, None if air is None else air.owed)
             _turns.lengthen()
 
     @property

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from deploy.radio.simulated.air.dongle import Dongle
-from deploy.radio.simulated.air.line import Line, Receiver
+from deploy.radio.simulated.air.line import Debt, Line, Receiver
 from deploy.radio.simulated.air.model import AirModel, Station
 
 
@@ -61,6 +61,19 @@ class Air:
         """Give the clients what has arrived by ``t`` [s]; last, for it wakes their threads."""
         for line in self._lines.values():
             line.hand_out(t)
+
+    def owed(self) -> float:
+        """Time that packets took while time stood still, since the last call [s]; nobody may hold it now.
+
+        Drones of a dongle talk at the same time, each waiting for its answers, as far as the dongle gets round.
+        """
+        owed = 0.0
+        for lines in self.shared().values():
+            own = max(line.debt.line for line in lines)
+            owed = max(owed, own, sum(line.debt.dongle for line in lines))
+            for line in lines:
+                line.debt = Debt()
+        return owed
 
     def rssi(self, name: str) -> float:
         """Signal strength of a drone's link [-dBm]: a made-up figure that follows its losses."""

@@ -59,6 +59,13 @@ class Down(NamedTuple):
     data: bytes
 
 
+class Debt(NamedTuple):
+    """What packets that were handed over at once would have taken [s]: the line by itself, and its dongle."""
+
+    line: float = 0.0
+    dongle: float = 0.0
+
+
 class Line:
     """The link of one drone.
 
@@ -66,13 +73,15 @@ class Line:
         drone: who is at the other end.
         model: of the radio. station: how the drone is reached.
         seed: of its losses.
-        held: whether time stands still for somebody's work (a connection, an upload): then packets take no time.
+        held: whether time stands still for somebody's work (a connection, an upload): then packets are handed over at
+            once, and what they would have taken is owed.
 
     Attributes:
         t: what time it is at the drone's end of the line [s]; kept by whoever moves the line.
         due: when it wants its next exchange [s].
         fading: its losses.
         dropped: packets the firmware had no room for. quality: share of attempts that succeed [%], as cflib has it.
+        debt: time that is owed; whoever lets it pass clears it.
     """
 
     def __init__(
@@ -80,7 +89,7 @@ class Line:
     ) -> None:
         self.station, self.fading = station, Fading(seed, model.loss)
         self.t, self.due = 0.0, math.inf
-        self.dropped, self.quality = 0, 100.0
+        self.dropped, self.quality, self.debt = 0, 100.0, Debt()
         self._silenced, self._delay = 0, 0.0
         self._poll = 0.0  # [s] when to poll a drone that has nothing to say
         self._drone, self._model, self._held = drone, model, held
@@ -191,6 +200,7 @@ class Line:
             if self._deliver is None:
                 return
             if self._at_once:
+                self._owe(self._model.downlink)
                 self._deliver(port, channel, data)
             elif len(self._answers) >= TRANSMIT_QUEUE:
                 self.dropped += 1
@@ -264,7 +274,7 @@ class Line:
 
     def _hand_over(self, header: int, data: bytes) -> bool:
         """Everything under way arrives now, this packet last, and so do its answers; False if the drone is silent."""
-        if not self.reachable:
+        if not self._owe(self._model.uplink):
             return False
         self._at_once = True
         try:
@@ -277,6 +287,18 @@ class Line:
         finally:
             self._at_once = False
         return True
+
+    def _owe(self, latency: float) -> bool:
+        """One packet's exchange, repeated until it succeeds, and its way; False if the link is lost before."""
+        model, tries = self._model, 0
+        attempts = LOST_IN_A_ROW * (model.retries + 1)
+        while tries < attempts and (not self.reachable or self.fading.fails(self.t)):
+            tries += 1
+        exchanges = min(tries // (model.retries + 1) + 1, LOST_IN_A_ROW)
+        air = exchanges / model.packet_rate + tries * model.retry
+        own = max(air, exchanges * self._period) + latency + self._delay
+        self.debt = Debt(self.debt.line + own, self.debt.dongle + air)
+        return tries < attempts
 
     def _forget(self) -> None:
         for queue in (self._waiting, self._rising, self._answers, self._falling):
