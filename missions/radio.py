@@ -59,8 +59,8 @@ class Radio:
         default=None,
     )
     rehearsal: Literal["modelled", "ideal"] = field(
-        "the radio of rehearsals: modelled, as the other figures here say, with losses; or ideal: packets take no time, "
-        "all arrive, and connections and uploads are over at once, for tests of what happens, not of when",
+        "the radio of rehearsals: modelled, as the other figures here say, with losses; or ideal: packets take no "
+        "time, all arrive, and connections and uploads are over at once, for tests of what happens, not of when",
         default="modelled",
     )
     switch_jump: float = field(
