@@ -98,6 +98,9 @@ class Replayer:
         self._setpoints = [_full(*goal) if on else Setpoint() for goal, on in zip(goals, flying, strict=True)]
         self._orders = {"motors_allowed": True, "controller": controller, "initial_pose": pose}
 
+    def glance(self, t):
+        return None
+
     def tick(self, t, telemetry):
         ticks = round(t / TICK)
         seen = PoseMeasurement(tuple(self.world.positions[0]), tuple(self.world.quaternions[0]))

@@ -24,6 +24,9 @@ class Pilot:
         self.world, self.index, self.setpoint, self.controller, self.tuning = world, index, setpoint, controller, tuning
         self.path = []
 
+    def glance(self, t):
+        return None
+
     def tick(self, t, telemetry):
         i = self.index
         self.path.append((t, *self.world.positions[i], *telemetry.gyro))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from deploy.radio.simulated.interface import Setpoint
+from deploy.radio.simulated.interface import Setpoint, SetpointMode
 
 
 class Priority(IntEnum):
@@ -32,3 +32,17 @@ class Commander:
     def relax(self) -> None:
         """Let anybody take over: what a client's "notify setpoint stop" does, and nothing else."""
         self.priority = Priority.HIGH_LEVEL
+
+
+def levelled_out(wanted: Setpoint) -> Setpoint:
+    """What becomes of a setpoint that is too old (supervisor.c, supervisorOverrideSetpoint).
+
+    Roll, pitch and yaw rate are zero then; z stays as it is.
+    """
+    if wanted.mode is SetpointMode.OFF:
+        return wanted
+    if wanted.mode in (SetpointMode.ATTITUDE, SetpointMode.RATES):
+        return Setpoint(SetpointMode.ATTITUDE, thrust=wanted.thrust)
+    if wanted.mode in (SetpointMode.VELOCITY, SetpointMode.CLIMB):
+        return Setpoint(SetpointMode.CLIMB, velocity=(0.0, 0.0, wanted.velocity[2]))
+    return Setpoint(SetpointMode.HEIGHT, position=(0.0, 0.0, wanted.position[2]))

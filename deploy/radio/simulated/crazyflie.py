@@ -6,11 +6,13 @@ import math
 import threading
 from collections.abc import Callable, Mapping, MutableMapping
 
-from deploy.radio.simulated.commander import Commander, Priority
+from deploy.radio.simulated.commander import Commander, Priority, levelled_out
 from deploy.radio.simulated.decks import decks as decks_named
 from deploy.radio.simulated.high_level.commander import HighLevelCommander
+from deploy.radio.simulated.high_level.planner import Foresight
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
-from deploy.radio.simulated.interface import Orders, PoseMeasurement, Setpoint, SetpointMode, Telemetry
+from deploy.radio.simulated.interface import PERIOD as TICK
+from deploy.radio.simulated.interface import Course, Orders, PoseMeasurement, Setpoint, Telemetry
 from deploy.radio.simulated.parameters import Parameters
 from deploy.radio.simulated.platform_defaults import platform_defaults
 from deploy.radio.simulated.ports import (
@@ -27,6 +29,7 @@ from deploy.radio.simulated.ports import (
     supervisor,
 )
 from deploy.radio.simulated.ports.memories import memories
+from deploy.radio.simulated.steering import Steering
 from deploy.radio.simulated.supervisor import PERIOD, Inputs, State, Supervisor
 from deploy.radio.simulated.toc import log_toc, param_toc
 from deploy.radio.simulated.variables import Snapshot, live_variables
@@ -36,7 +39,7 @@ BOOT_TIME = 1.15  # [s] from reset to the first packet (recorded firmware: 1.34 
 _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (CONFIG_RADIO_ACTIVITY_TIMEOUT_MS)
 _LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
 BROWN_OUT = 2.5  # [V] below which processors and radio stop (estimate: 2.8 V regulators, reset level of the STM32)
-_STEERING = frozenset({"posCtlPid", "velCtlPid", "pid_attitude", "pid_rate", "ctrlMel", "kalman"})  # groups
+_SLACK = 1e-9  # [s] times are multiples of a tick up to rounding
 _GROUNDED, _OFF = Orders(), Setpoint()
 
 Receiver = Callable[[int, int, bytes], None]
@@ -115,6 +118,9 @@ class SimulatedCrazyflie:
             handle = self._ports.get(header >> 4)
             if handle is None:
                 return
+            if header >> 4 != localization.PORT:  # all others may change what was foreseen
+                self._high_level.catch_up()
+                self._due = -math.inf
             try:
                 handle(header & 0x03, data)
             except FirmwareAssertion:
@@ -126,10 +132,16 @@ class SimulatedCrazyflie:
             if self.is_alive:
                 self._localization.add(measurement)
 
+    def glance(self, t: float) -> tuple[PoseMeasurement, ...] | None:
+        """See :meth:`interface.Firmware.glance`: along a trajectory there is nothing to do at most ticks."""
+        with self._lock:
+            self._t = t
+            return None if t >= self._due - _SLACK else self._measurements()
+
     def tick(self, t: float, telemetry: Telemetry) -> Orders:
         """Run the 100 Hz work at world time ``t`` [s]."""
         with self._lock:
-            self._t = t
+            self._t, self._due = t, -math.inf
             uptime = t - self._booted
             if telemetry.battery_voltage < BROWN_OUT:
                 self._brown_out()
@@ -138,23 +150,37 @@ class SimulatedCrazyflie:
                 return _GROUNDED
             snapshot = self._snapshot
             snapshot.telemetry = telemetry
-            if self._crash_g:
-                self._crashed |= abs(math.hypot(*telemetry.accelerometer) - 1.0) > self._crash_g
+            crash_g = self._steering.crash_g
+            if crash_g:
+                self._crashed |= abs(math.hypot(*telemetry.accelerometer) - 1.0) > crash_g
             goal = self._high_level.setpoint(telemetry)
             if goal is not None:
                 self._commander.offer(goal, Priority.HIGH_LEVEL, uptime)
             if uptime >= self._next_supervision - 1e-9:
                 self._supervise(telemetry)
             snapshot.setpoint, snapshot.info = self._allowed_setpoint(), self._supervisor.info
-            snapshot.measurement = self._localization.latest
-            orders = self._orders(snapshot.setpoint)
+            orders = self._orders(snapshot.setpoint, goal)
             snapshot.controller, snapshot.uptime = orders.controller, uptime
-            if orders.measurements:
-                snapshot.measured = uptime
             if self._receiver is None and t - self._closed_at > _LINK_TIMEOUT:
                 self._log.reset()
             self._log.run()
+            if orders.course is not None and self._receiver is not None and not crash_g:
+                self._due = self._next_look(orders.course)
             return orders
+
+    def _next_look(self, course: Course) -> float:
+        """World time of the next tick that telemetry is needed for [s] while a trajectory is followed."""
+        after: float = course.begin + TICK * course.goals.shape[1]
+        # Log blocks go by whole milliseconds, see _milliseconds.
+        due: float = min(self._next_supervision, (self._log.due - 0.5) / 1000.0)
+        return min(after, self._booted + due)
+
+    def _measurements(self) -> tuple[PoseMeasurement, ...]:
+        """Poses that arrived since the last tick."""
+        taken = self._localization.take()
+        if taken:
+            self._snapshot.measurement, self._snapshot.measured = self._localization.latest, self._uptime()
+        return taken
 
     def _start(self) -> None:
         """Everything a boot begins afresh."""
@@ -171,13 +197,13 @@ class SimulatedCrazyflie:
         self._param = param.ParamPort(self._send, self._parameters)
         getters = live_variables(self._snapshot)
         self._log = log.LogPort(self._send, log_toc(self._hardware), getters, self._milliseconds)
-        self._obeyed = -1  # version of the parameters that the orders' fields below were made of
-        self._controller, self._initial_pose = _GROUNDED.controller, _GROUNDED.initial_pose
-        self._tuning = _GROUNDED.tuning
-        self._crash_g, self._crashed = 0.0, False  # supervisor.crashDetectGs [g], felt since the supervisor's last step
+        self._steering = Steering(self._parameters, self._param.notify)
+        self._crashed = False  # a blow was felt since the supervisor's last step
+        self._due = -math.inf  # [s] world time from which on telemetry is needed
+        self._foreseen: tuple[Foresight, Course] | None = None
         self._next_supervision = 0.0
         self._battery_good = 0.0
-        self._ports = self._port_table()
+        self._ports: Mapping[int, Callable[[int, bytes], None]] = self._port_table()
 
     def _port_table(self) -> Mapping[int, Callable[[int, bytes], None]]:
         setpoints = setpoint.SetpointPorts(self._commander, self._high_level, self._parameters, self._uptime)
@@ -263,29 +289,27 @@ class SimulatedCrazyflie:
         # Not-a-number in a setpoint makes a real drone's motor commands garbage; here its motors stop.
         if not self._supervisor.can_fly or not wanted.is_finite():
             return _OFF
-        if self._supervisor.state is not State.LEVEL_OUT or wanted.mode is SetpointMode.OFF:
-            return wanted
-        # Roll, pitch and yaw rate become zero, z stays as it is (supervisor.c, supervisorOverrideSetpoint).
-        if wanted.mode in (SetpointMode.ATTITUDE, SetpointMode.RATES):
-            return Setpoint(SetpointMode.ATTITUDE, thrust=wanted.thrust)
-        if wanted.mode in (SetpointMode.VELOCITY, SetpointMode.CLIMB):
-            return Setpoint(SetpointMode.CLIMB, velocity=(0.0, 0.0, wanted.velocity[2]))
-        return Setpoint(SetpointMode.HEIGHT, position=(0.0, 0.0, wanted.position[2]))
+        return levelled_out(wanted) if self._supervisor.state is State.LEVEL_OUT else wanted
 
-    def _orders(self, allowed: Setpoint) -> Orders:
-        parameters, can_fly = self._parameters, self._supervisor.can_fly
-        reset = False
-        if parameters.version != self._obeyed:
-            reset = bool(parameters["kalman.resetEstimation"])
-            if reset:
-                parameters.set("kalman.resetEstimation", 0)
-                self._param.notify("kalman.resetEstimation")
-            x, y, z, yaw = (parameters[f"kalman.initial{axis}"] for axis in ("X", "Y", "Z", "Yaw"))
-            self._controller, self._initial_pose = int(parameters["stabilizer.controller"]), ((x, y, z), yaw)
-            self._crash_g = parameters["supervisor.crashDetectGs"]
-            tuning = parameters.changed(_STEERING)
-            if tuning != self._tuning:
-                self._tuning = tuning
-            self._obeyed = parameters.version
-        measurements = self._localization.take()
-        return Orders(allowed, can_fly, self._controller, measurements, reset, self._initial_pose, self._tuning)
+    def _orders(self, allowed: Setpoint, goal: Setpoint | None) -> Orders:
+        reset, steering = self._steering.refresh(), self._steering
+        course = self._course() if goal is not None and allowed is goal else None
+        return Orders(
+            allowed,
+            self._supervisor.can_fly,
+            steering.controller,
+            self._measurements(),
+            reset,
+            steering.initial_pose,
+            steering.tuning,
+            course,
+        )
+
+    def _course(self) -> Course | None:
+        """The trajectory that is followed, in world time; the same object as long as it is the same."""
+        foreseen = self._high_level.foresee()
+        if foreseen is None:
+            return None
+        if self._foreseen is None or self._foreseen[0] is not foreseen:
+            self._foreseen = foreseen, Course(self._booted + foreseen.begin, foreseen.goals)
+        return self._foreseen[1]

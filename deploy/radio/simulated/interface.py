@@ -13,6 +13,9 @@ from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
+from missions.arrays import Array
+
+PERIOD = 0.01  # [s] between ticks
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 ZERO: Vec3 = (0.0, 0.0, 0.0)
@@ -67,8 +70,20 @@ class PoseMeasurement(NamedTuple):
     std_quaternion: float = 0.0045
 
 
+class Course(NamedTuple):
+    """Setpoints (mode FULL) of a tick and of those after it: the world need not ask for each.
+
+    Attributes:
+        begin: world time of the first [s]; one every :data:`PERIOD`.
+        goals: (16, K) position, velocity, acceleration, jerk, yaw, omega, in the units of :class:`Setpoint`.
+    """
+
+    begin: float
+    goals: Array
+
+
 class Orders(NamedTuple):
-    """Firmware to world, valid until the next tick."""
+    """Firmware to world, valid until the next ones."""
 
     setpoint: Setpoint = Setpoint()
     motors_allowed: bool = False  # the supervisor's word; False cuts the motors whatever the setpoint says
@@ -78,6 +93,7 @@ class Orders(NamedTuple):
     initial_pose: tuple[Vec3, float] = (ZERO, 0.0)  # kalman.initialX/Y/Z, initialYaw: used by a reset
     # Parameters of controllers and estimator that are not the defaults, by name; the same object until one changes.
     tuning: Mapping[str, float] = MappingProxyType({})
+    course: Course | None = None  # what the setpoint is part of; None: it stays as it is
 
 
 class Telemetry(NamedTuple):
@@ -94,7 +110,6 @@ class Telemetry(NamedTuple):
     motors: tuple[int, int, int, int] = (0, 0, 0, 0)  # commanded, 0..65535
     thrust: float = 0.0  # collective command, 0..65535 scale
     battery_voltage: float = 4.1  # under the present load [V]
-    saturated: bool = False  # a motor command was clipped since the last tick
     tumbled: bool = False  # upside down or on its side for long enough that the firmware would say so
     variance_attitude: Vec3 = (1e-6, 1e-6, 1e-6)  # kalman.varD0.. [rad²]
     asked_attitude: Vec3 = ZERO  # roll, pitch, yaw that the PID controller aims at, right-handed [deg]
@@ -105,6 +120,9 @@ class Telemetry(NamedTuple):
 
 class Firmware(Protocol):
     """What the world needs of a simulated Crazyflie."""
+
+    def glance(self, t: float) -> tuple[PoseMeasurement, ...] | None:
+        """It is world time t [s]: None to be given telemetry, else the orders hold, and this was measured meanwhile."""
 
     def tick(self, t: float, telemetry: Telemetry) -> Orders:
         """Run the 100 Hz work (log blocks, commander, supervisor) at world time t [s]; answer with orders."""

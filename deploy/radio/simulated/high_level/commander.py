@@ -11,7 +11,7 @@ import numpy as np
 
 from deploy.radio.simulated.high_level.compressed import CompressedTrajectory
 from deploy.radio.simulated.high_level.evaluation import Evaluation
-from deploy.radio.simulated.high_level.planner import OK, Planner, PlannerState
+from deploy.radio.simulated.high_level.planner import OK, Foresight, Planner, PlannerState
 from deploy.radio.simulated.high_level.trajectory import PolynomialTrajectory, TrajectoryMemory
 from deploy.radio.simulated.interface import ZERO, Setpoint, SetpointMode, Telemetry
 from deploy.radio.simulated.parameters import Parameters
@@ -38,8 +38,6 @@ class HighLevelCommander:
         self._descriptors: dict[int, Fields] = {}
         # The last goal, or the estimate while there is none: where the next plan starts.
         self._position, self._velocity, self._yaw = ZERO, ZERO, 0.0
-        self._goal: Evaluation | None = None
-        self._setpoint = _NULL  # made of the goal
         self._blocked = True  # until the supervisor speaks: before the first tick the drone does not know where it is
         self._commands: Mapping[int, tuple[struct.Struct, bool, Callable[[Fields], int]]] = {
             # command: (layout after the command byte, needs permission to fly, action)
@@ -98,15 +96,22 @@ class HighLevelCommander:
         """The setpoint of this tick; None when the planner has nothing to say."""
         goal = self.planner.follow(self._now())
         if goal is not None:
-            if goal is not self._goal:  # at rest it is the same one for many ticks
-                self._goal, self._setpoint = goal, Setpoint(SetpointMode.FULL, *goal)
-                self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
-            return self._setpoint
-        self._goal = None
+            self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
+            return Setpoint(SetpointMode.FULL, *goal)
         self._position, self._velocity = telemetry.position, telemetry.velocity
         x, y, z, w = telemetry.quaternion
         self._yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         return _NULL if self.planner.state is PlannerState.IDLE else None
+
+    def foresee(self) -> Foresight | None:
+        """Goals of the ticks to come; None if they have to be asked for tick by tick: in a landing, say."""
+        foreseen = self.planner.foresee(self._now()) if self.planner.state is PlannerState.FLYING else None
+        return foreseen if foreseen is not None and foreseen.finite else None
+
+    def catch_up(self) -> None:
+        """Nobody asked for the latest ticks' setpoints: what comes next starts from there all the same."""
+        if self.planner.state is PlannerState.FLYING and (goal := self.planner.follow(self._now())) is not None:
+            self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
 
     @property
     def _t(self) -> np.float32:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
 
 import numpy as np
 
 from deploy.radio.simulated.high_level.evaluation import Evaluation, Float32, Polynomial
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory, at_rest, leading, shifted
 from deploy.radio.simulated.interface import ZERO, Vec3
+from missions.arrays import Array
 from planner.trajectory.single import coefficients
 
 _START = struct.Struct("<hhhh")
@@ -51,20 +51,20 @@ class CompressedTrajectory:
 
     def evaluate(self, t: np.float32) -> Evaluation:
         """The goal at ``t``."""
-        return self.evaluate_all(np.array([t], np.float32))[0]
+        return Evaluation.of(self.evaluate_all(np.array([t], np.float32)))
 
-    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
-        """Goals at the first of the times ``t``; at a joint the later segment answers."""
+    def evaluate_all(self, t: Float32) -> Array:
+        """Goals (16, k) at the first of the times ``t``; at a joint the later segment answers."""
         self._refresh()
         elapsed = t - self._begin
         if elapsed[0] >= self._total or not self._segments:
-            return (shifted(self._after, self._shift),) * len(t)
+            return shifted(self._after.repeated(len(t)), self._shift)
         # Who asks for a time before the start gets the first segment's polynomial.
         number = max((i for i, (begin, _) in enumerate(self._segments) if elapsed[0] >= begin), default=0)
         begin, polynomial = self._segments[number]
         end = self._segments[number + 1][0] if number + 1 < len(self._segments) else self._total
         at = elapsed[: leading(elapsed < end)] - begin
-        return [shifted(goal, self._shift) for goal in polynomial.evaluate_all(at)]
+        return shifted(polynomial.evaluate_all(at), self._shift)
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether the end marker has been reached."""

@@ -1,6 +1,8 @@
 """Points of a degree-7 polynomial in x, y, z and yaw, as the firmware evaluates it (pptraj.c): float32 throughout.
 
-Several times are evaluated together: one array call costs as much for thirty points as for one.
+Several times are evaluated together: one array call costs as much for fifty points as for one. Goals at K times are one
+block (16, K): position, velocity, acceleration, jerk (three rows each), yaw, body rates, in the units of
+:class:`Evaluation`.
 
 Reference: D. Mellinger, V. Kumar, "Minimum snap trajectory generation and control for quadrotors", ICRA 2011: body
 rates follow from acceleration, jerk and yaw because the quadrotor is differentially flat.
@@ -21,6 +23,7 @@ Float32 = NDArray[np.float32]
 
 GRAVITY = 9.81  # [m/s²], the constant of the firmware's flatness map
 _AXES, _TERMS, _DERIVATIVES = 4, 8, 4
+ROWS = 16
 
 
 class Evaluation(NamedTuple):
@@ -38,6 +41,17 @@ class Evaluation(NamedTuple):
     jerk: Vec3 = ZERO
     yaw: float = 0.0
     omega: Vec3 = ZERO
+
+    @classmethod
+    def of(cls, goals: Array, k: int = 0) -> Evaluation:
+        """The goal at the time of column ``k`` of a block."""
+        x, y, z, vx, vy, vz, ax, ay, az, jx, jy, jz, yaw, p, q, r = goals[:, k].tolist()
+        return cls((x, y, z), (vx, vy, vz), (ax, ay, az), (jx, jy, jz), yaw, (p, q, r))
+
+    def repeated(self, count: int) -> Array:
+        """A block of ``count`` times the same goal."""
+        row = (*self.position, *self.velocity, *self.acceleration, *self.jerk, self.yaw, *self.omega)
+        return np.tile(np.array(row)[:, None], (1, count))
 
     def is_valid(self) -> bool:
         """False when the position is not a number (the planner then has no goal)."""
@@ -63,10 +77,10 @@ class Polynomial:
 
     def evaluate(self, t: np.float32, sign: int = 1) -> Evaluation:
         """Value at ``t`` seconds; ``sign`` -1 flips odd derivatives (a trajectory flown backwards)."""
-        return self.evaluate_all(np.array([t], np.float32), sign)[0]
+        return Evaluation.of(self.evaluate_all(np.array([t], np.float32), sign))
 
-    def evaluate_all(self, t: Float32, sign: int = 1) -> list[Evaluation]:
-        """Values at the times ``t`` (K,) [s]."""
+    def evaluate_all(self, t: Float32, sign: int = 1) -> Array:
+        """Goals (16, K) at the times ``t`` (K,) [s]."""
         with np.errstate(all="ignore"):  # clients may send anything; the firmware's floats do not trap either
             value: Float32 = np.repeat(self._descending[0], len(t), axis=1)
             for coefficient in self._descending[1:]:  # Horner
@@ -75,10 +89,11 @@ class Polynomial:
             if sign < 0:
                 value.reshape(_DERIVATIVES, -1)[1::2] *= -1.0
             block = value.astype(np.float64).reshape(_DERIVATIVES, _AXES, -1)
-            omega = body_rates(block[2, :3], block[3, :3], block[0, 3], block[1, 3])
-        vectors = (block[0, :3], block[1, :3], block[2, :3], block[3, :3], omega)
-        x, v, a, j, w = (zip(*vector.tolist(), strict=True) for vector in vectors)
-        return [Evaluation(*point) for point in zip(x, v, a, j, block[0, 3].tolist(), w, strict=True)]
+            goals = np.empty((ROWS, len(t)))
+            goals[:12] = block[:, :3].reshape(12, -1)
+            goals[12] = block[0, 3]
+            goals[13:] = body_rates(block[2, :3], block[3, :3], block[0, 3], block[1, 3])
+        return goals
 
 
 def body_rates(acceleration: Array, jerk: Array, yaw: Array, yaw_rate: Array) -> Array:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from deploy.radio.simulated.high_level.compressed import CompressedTrajectory
 from deploy.radio.simulated.high_level.evaluation import Evaluation, Float32, normalize_angle
 from deploy.radio.simulated.high_level.trajectory import PlannedPiece, PolynomialTrajectory, Trajectory
-from deploy.radio.simulated.interface import ZERO, Vec3
+from deploy.radio.simulated.interface import PERIOD, ZERO, Vec3
+from missions.arrays import Array
 
 OK, REFUSED = 0, 1
-PERIOD = 0.01  # [s] between ticks
 _AHEAD = PERIOD * np.arange(50)  # [s] what is evaluated together
 
 
@@ -31,14 +32,28 @@ def _state(position: Vec3, yaw: float, velocity: Vec3 = ZERO, yaw_rate: float = 
     return np.array([[*position, yaw], [*velocity, yaw_rate], [*acc, 0.0]], np.float32)
 
 
+class Foresight(NamedTuple):
+    """Goals of the ticks to come, see :mod:`.evaluation`: ``goals`` (16, K) at ``times``, :data:`PERIOD` apart.
+
+    Attributes:
+        begin: time of the first [s] since boot. times: all, as the firmware's float32 numbers.
+        version: of the trajectory that they are of. finite: whether all are numbers.
+    """
+
+    begin: float
+    times: list[float]
+    goals: Array
+    version: int
+    finite: bool
+
+
 class Planner:
     """Follows one trajectory at a time. Times are float32 seconds since boot, positions [m], angles [rad]."""
 
     def __init__(self) -> None:
         self.state = PlannerState.IDLE
         self._trajectory: Trajectory | None = None
-        self._foreseen: dict[float, Evaluation] = {}
-        self._foreseen_in = 0  # version of the trajectory
+        self._foreseen: Foresight | None = None
 
     def stop(self) -> None:
         """Follow nothing: null setpoints."""
@@ -55,25 +70,38 @@ class Planner:
     def goal(self, t: np.float32) -> Evaluation | None:
         """The goal at ``t``, None without one. A landing that has ended becomes idle; that call still has a goal."""
         trajectory = self._followed(t)
-        return None if trajectory is None else _valid(trajectory.evaluate_all(np.array([t], np.float32))[0])
+        if trajectory is None:
+            return None
+        with np.errstate(all="ignore"):  # clients may have sent anything
+            return _valid(Evaluation.of(trajectory.evaluate_all(np.array([t], np.float32))))
 
     def follow(self, now: float) -> Evaluation | None:
-        """:meth:`goal` of the tick at ``now`` seconds; goals of the ticks to come are computed along with it.
+        """:meth:`goal` of the tick at ``now`` seconds; goals of the ticks to come are computed along with it."""
+        foreseen = self.foresee(now)
+        if foreseen is None:
+            return None
+        return _valid(Evaluation.of(foreseen.goals, round((now - foreseen.begin) / PERIOD)))
 
-        They hold until the next command or the next write to the trajectory's memory.
+    def foresee(self, now: float) -> Foresight | None:
+        """Goals from the tick at ``now`` seconds on, or from an earlier one; None without any.
+
+        They hold until the next command or the next write to the trajectory's memory, and no longer than a landing.
         """
         t = np.float32(now)
         trajectory = self._followed(t)
         if trajectory is None:
             return None
-        key = float(t)
-        if key not in self._foreseen or trajectory.version != self._foreseen_in:
-            times = (now + _AHEAD).astype(np.float32)
-            with np.errstate(all="ignore"):  # clients may have sent anything
-                goals = trajectory.evaluate_all(times)
-            self._foreseen = dict(zip(times.tolist(), goals, strict=False))
-            self._foreseen_in = trajectory.version
-        return _valid(self._foreseen[key])
+        seen = self._foreseen
+        if seen is not None and seen.version == trajectory.version:
+            k = round((now - seen.begin) / PERIOD)
+            if 0 <= k < len(seen.times) and seen.times[k] == t:
+                return seen
+        times = (now + _AHEAD).astype(np.float32)
+        with np.errstate(all="ignore"):
+            goals = trajectory.evaluate_all(times)
+        finite = bool(np.isfinite(goals).all())
+        self._foreseen = Foresight(now, times[: goals.shape[1]].tolist(), goals, trajectory.version, finite)
+        return self._foreseen
 
     def _followed(self, t: np.float32) -> Trajectory | None:
         """What is followed at ``t``; a landing that has ended is left, for the last time here."""
@@ -173,7 +201,7 @@ class Planner:
 
     def _take(self, trajectory: Trajectory) -> None:
         self._trajectory = trajectory
-        self._foreseen = {}
+        self._foreseen = None
 
     def _vertical(
         self, t: np.float32, position: Vec3, yaw: float, height: float, goal_yaw: float, duration: float

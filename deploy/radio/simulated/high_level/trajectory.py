@@ -7,7 +7,6 @@ version of the memory only.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import cached_property
 from typing import Protocol
 
@@ -23,6 +22,7 @@ from deploy.radio.simulated.high_level.evaluation import (
     stretch_time,
 )
 from deploy.radio.simulated.interface import ZERO, Vec3
+from missions.arrays import Array
 
 PIECE_BYTES = 132  # x[8], y[8], z[8], yaw[8], duration: float32
 _ZERO32 = np.float32(0.0)
@@ -40,8 +40,8 @@ class Trajectory(Protocol):
     def version(self) -> int:
         """Changes when goals that were given before no longer hold."""
 
-    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
-        """Goals at the first of the rising times ``t`` (K,), one at least; after the end the last point, at rest."""
+    def evaluate_all(self, t: Float32) -> Array:
+        """Goals (16, k) at the first of the rising times ``t`` (K,), one at least; after the end the last, at rest."""
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether the trajectory has ended at ``t``."""
@@ -75,25 +75,17 @@ def at_rest(evaluation: Evaluation) -> Evaluation:
     return Evaluation(evaluation.position, yaw=evaluation.yaw)
 
 
-def shifted(evaluation: Evaluation, shift: Vec3, rotation: float = 0.0) -> Evaluation:
-    """Rotated about the world's z axis, then moved. The jerk is left as it is, as in the firmware."""
+def shifted(goals: Array, shift: Vec3, rotation: float = 0.0) -> Array:
+    """Goals (16, K) rotated about the world's z axis, then moved. The jerk is left as it is, as in the firmware."""
     if rotation:
-        turned = [_turn(v, rotation) for v in (evaluation.position, evaluation.velocity, evaluation.acceleration)]
-        evaluation = evaluation._replace(
-            position=turned[0],
-            velocity=turned[1],
-            acceleration=turned[2],
-            yaw=evaluation.yaw + normalize_angle(rotation),
-        )
-    if shift == ZERO:
-        return evaluation
-    x, y, z = evaluation.position
-    return evaluation._replace(position=(x + shift[0], y + shift[1], z + shift[2]))
-
-
-def _turn(v: Vec3, angle: float) -> Vec3:
-    c, s = math.cos(angle), math.sin(angle)
-    return (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
+        c, s = math.cos(rotation), math.sin(rotation)
+        for row in (0, 3, 6):  # position, velocity, acceleration
+            x, y = goals[row].copy(), goals[row + 1].copy()
+            goals[row], goals[row + 1] = c * x - s * y, s * x + c * y
+        goals[12] += normalize_angle(rotation)
+    if shift != ZERO:
+        goals[:3] += np.array(shift)[:, None]
+    return goals
 
 
 class PlannedPiece:
@@ -108,11 +100,11 @@ class PlannedPiece:
     def _after(self) -> Evaluation:
         return at_rest(self._polynomial.evaluate(self._duration))
 
-    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
-        """Goals at the first of the times ``t``."""
+    def evaluate_all(self, t: Float32) -> Array:
+        """Goals (16, k) at the first of the times ``t``."""
         elapsed = t - self._begin
         inside = leading(elapsed <= self._duration)
-        return self._polynomial.evaluate_all(elapsed[:inside]) if inside else (self._after,) * len(t)
+        return self._polynomial.evaluate_all(elapsed[:inside]) if inside else self._after.repeated(len(t))
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether the piece has ended."""
@@ -162,10 +154,10 @@ class PolynomialTrajectory:
 
     def evaluate(self, t: np.float32) -> Evaluation:
         """The goal at ``t``."""
-        return self.evaluate_all(np.array([t], np.float32))[0]
+        return Evaluation.of(self.evaluate_all(np.array([t], np.float32)))
 
-    def evaluate_all(self, t: Float32) -> Sequence[Evaluation]:
-        """Goals at the first of the times ``t``; at a joint the earlier piece (in flying order) answers."""
+    def evaluate_all(self, t: Float32) -> Array:
+        """Goals (16, k) at the first of the times ``t``; at a joint the earlier piece (in flying order) answers."""
         self._refresh()
         remaining = t - self._begin
         for polynomial, duration in self._pieces:
@@ -173,10 +165,10 @@ class PolynomialTrajectory:
             if inside:
                 at = remaining[:inside]
                 if self._reverse:
-                    return [shifted(goal, self._shift) for goal in polynomial.evaluate_all(duration - at, -1)]
-                return [shifted(goal, self._shift, self._rotation) for goal in polynomial.evaluate_all(at)]
+                    return shifted(polynomial.evaluate_all(duration - at, -1), self._shift)
+                return shifted(polynomial.evaluate_all(at), self._shift, self._rotation)
             remaining = remaining - duration
-        return (self._after,) * len(t)
+        return self._after.repeated(len(t))
 
     def is_finished(self, t: np.float32) -> bool:
         """Whether all pieces have been flown."""
@@ -201,4 +193,4 @@ class PolynomialTrajectory:
         self._total = sum((duration for _, duration in flown), start=_ZERO32)
         coefficients, duration = pieces[0] if self._reverse else pieces[-1]
         last = Polynomial(coefficients).evaluate(_ZERO32 if self._reverse else duration)
-        self._after = at_rest(shifted(last, self._shift, self._rotation))
+        self._after = at_rest(Evaluation.of(shifted(last.repeated(1), self._shift, self._rotation)))

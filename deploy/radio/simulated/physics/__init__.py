@@ -3,7 +3,7 @@
 One idea a file; :mod:`~deploy.radio.simulated.physics.world` puts them together. Nothing here knows packets or cflib.
 
 ====================  ============================================================================================
-Bodies                modelled: Newton-Euler with drag, 500 Hz; floor with friction, legs that right a drone within
+Bodies                modelled: Newton-Euler with drag, 200 Hz; floor with friction, legs that right a drone within
                       60 degrees. ideal: no bounce, nothing but the floor to touch, drones pass through each other
                       (the certificate and the watch speak of distances), principal axes, no wind, no ground effect
 Rotors                modelled: lag, clipping, health, thrust that gives way to moments. ideal: thrust is proportional
@@ -18,7 +18,7 @@ Estimator             modelled: the extended Kalman filter's error with the firm
                       between and without poses. ideal: nine states, prediction at 100 Hz, barometer, flow and range
                       are not taken in, outliers are not rejected. absent: complementary and unscented filters
 Controllers           modelled: PID and Mellinger with all their gains, tracking errors and lags of recorded flights.
-                      ideal: slow loops of Mellinger at 100 Hz, no filters in the loops. absent: INDI,
+                      ideal: slow loops at 100 Hz, fast ones at 200 Hz, no filters in them. absent: INDI,
                       Brescianini, Lee
 ====================  ============================================================================================
 """

@@ -10,7 +10,6 @@ from deploy.radio.simulated.physics.estimator import Estimates
 from deploy.radio.simulated.physics.mellinger import Mellinger
 from deploy.radio.simulated.physics.mixer import mix
 from deploy.radio.simulated.physics.pid import CascadedPid
-from deploy.radio.simulated.physics.rotors import COMMAND_MAX
 from deploy.radio.simulated.physics.setpoints import SetpointTable
 from missions.airframes import Airframe
 from missions.arrays import Array
@@ -23,33 +22,34 @@ class Autopilots:
 
     Attributes:
         setpoints: what every drone has to follow.
-        allowed: (N,) the supervisor's word; without it the motors stand still.
         thrust: (N,) collective command [counts].
         command: (N, 4) motor commands of the last step [counts].
         moments: (N, 3) about body x, y, z that were asked for at the last step [counts].
-        saturated: (N,) a motor command was clipped since :meth:`aim`.
-        idle: nobody's motors are asked to turn.
+        idle: nobody's motors are asked to turn. resting: (N, 1) 1 for whose are not, else 0.
     """
 
     def __init__(self, airframes: Sequence[Airframe], dt: float) -> None:
         n = len(airframes)
         self.setpoints = SetpointTable(n)
-        self.allowed = np.zeros(n, dtype=np.bool_)
+        self._allowed = np.zeros(n, dtype=np.bool_)
         self.thrust = np.zeros(n)
         self.command = np.zeros((n, 4))
         self.moments = np.zeros((n, 3))
-        self.saturated = np.zeros(n, dtype=np.bool_)
         self.idle = True
         self._mellinger, self._pid = Mellinger(airframes, dt), CascadedPid(airframes, dt)
         self._by_mellinger = np.zeros(n, dtype=np.bool_)
         self._some_mellinger, self._some_pid = False, True
         self._turning, self._all_turn = np.zeros((n, 1)), False
-        self._clipped = False
+        self.resting = np.ones((n, 1))
 
     @property
     def asked(self) -> Array:
         """(N, 6) attitudes [deg] and body rates [deg/s] that the PID controllers aim at, in charge or not."""
         return self._pid.asked
+
+    def allow(self, index: int, allowed: bool) -> None:
+        """The supervisor's word for a drone; without it the motors stand still."""
+        self._allowed[index] = allowed
 
     def choose(self, index: int, controller: int) -> None:
         """Put one controller in charge of a drone."""
@@ -66,7 +66,7 @@ class Autopilots:
 
     def aim(self, state: Estimates, dt: float) -> None:
         """Once a control tick of dt: the slow loops, from what the drones believe."""
-        running = self.allowed & self.setpoints.active
+        running = self._allowed & self.setpoints.active
         if running.any():
             thrust = self._aim(state, dt)
             if not running.all():
@@ -74,19 +74,19 @@ class Autopilots:
                 self._mellinger.reset(stopped)
                 self._pid.reset(stopped, state.rotation)
             # Without thrust the firmware gives no moments either.
-            self.thrust = thrust * running
-            turning = self.thrust > 0.0
-            self.idle, self._all_turn = not turning.any(), bool(turning.all())
-            self._turning = turning.astype(np.float64)[:, None]
+            self._take(thrust * running)
         elif not self.idle:
             everybody = np.arange(len(running))
             self._mellinger.reset(everybody)
             self._pid.reset(everybody, state.rotation)
-            self.thrust = np.zeros(len(running))
-            self.idle, self._all_turn = True, False
-            self._turning = np.zeros((len(running), 1))
-        if self._clipped:
-            self.saturated, self._clipped = np.zeros(len(running), dtype=np.bool_), False
+            self._take(np.zeros(len(running)))
+
+    def _take(self, thrust: Array) -> None:
+        self.thrust = thrust
+        turning = thrust > 0.0
+        self.idle, self._all_turn = not turning.any(), bool(turning.all())
+        self._turning = turning.astype(np.float64)[:, None]
+        self.resting = 1.0 - self._turning
 
     def steer(self, rotation: Array, rates: Array) -> Array:
         """At every step: motor commands (N, 4) from true attitudes (N, 3, 3) and measured rates (N, 3) [rad/s]."""
@@ -95,10 +95,7 @@ class Autopilots:
         if self._some_pid:
             by_pid = self._pid.moments(rotation, rates)
             moments = np.where(self._by_mellinger[:, None], moments, by_pid) if self._some_mellinger else by_pid
-        command, clipped = mix(self.thrust[:, None], moments)
-        if clipped:
-            self._clipped = True
-            self.saturated |= command.max(axis=1) >= COMMAND_MAX
+        command = mix(self.thrust[:, None], moments)
         if not self._all_turn:
             command *= self._turning
         self.command, self.moments = command, moments

@@ -9,7 +9,7 @@ from mocap.simulated import SimulatedMocap
 from mocap.source import Pose
 
 
-def film(world: World, names: Sequence[str], mocap: SimulatedMocap, period: float = 0.002) -> None:
+def film(world: World, names: Sequence[str], mocap: SimulatedMocap, period: float = 0.005) -> None:
     """Let ``mocap`` see the world's drones under these names, from now on.
 
     Args:

@@ -17,7 +17,7 @@ _AIR_DENSITY = 1.2  # [kg/m³]
 _NOZZLE = 0.065  # [m] half-width at the rotors: four 23 mm rotors around a 46 mm arm
 _SPREADING = 0.107
 _DRAG = 0.02  # [N s/m] estimate, see above
-_CLEAR = 0.05  # [m] side by side: the jet has not formed
+CLEAR = 0.05  # [m] side by side: the jet has not formed
 _REACH = 3.0  # [m] further below, room air has mixed it away
 
 
@@ -28,12 +28,9 @@ def downwash(position: Array, thrust: Array) -> Array:
         position: (N, 3) [m].
         thrust: (N,) present thrust of each drone [N].
     """
-    height = position[:, 2]
-    if np.maximum.reduce(height) - np.minimum.reduce(height) < _CLEAR:
-        return np.zeros(len(position))
     offset = position[:, None, :] - position[None, :, :]  # [i, j]: from the drone below (j) to the one above (i)
     below = offset[:, :, 2]
-    in_wake = (below > _CLEAR) & (below < _REACH)
+    in_wake = (below > CLEAR) & (below < _REACH)
     width = _NOZZLE + _SPREADING * np.where(in_wake, below, 0.0)
     distance_squared = (offset[:, :, :2] ** 2).sum(axis=2)
     centre = np.sqrt(2.0 * thrust / (_AIR_DENSITY * np.pi))[:, None] / width

@@ -5,10 +5,10 @@ A filter's error obeys an equation of its own that does not need the strap-down 
 
     ė_p = e_v,    ė_v = D f_sensed − f,    Ḋ = [gyro error, world frame]× D
 
-which is exact (D may be any rotation: a wrong initial heading is one). So the world integrates truth at 500 Hz and this
-file only the error, at 100 Hz; the estimate is truth with the error on top. Measurements enter through the innovation
-between what was measured and what was estimated, as they would. A late, wrong or missing pose therefore misleads the
-estimate just as it misleads a drone's, and nothing here knows the truth but through its sensors.
+which is exact (D may be any rotation: a wrong initial heading is one). So the world integrates truth in small steps and
+this file only the error, at 100 Hz; the estimate is truth with the error on top. Measurements enter through the
+innovation between what was measured and what was estimated, as they would. A late, wrong or missing pose therefore
+misleads the estimate just as it misleads a drone's, and nothing here knows the truth but through its sensors.
 
 Covariance and noise as the firmware's extended Kalman filter (estimator_kalman.c, kalman_core.c, parameters kalman.*),
 reduced to nine states: position, attitude, velocity (world frame).
@@ -42,6 +42,8 @@ _LOOP = 0.001  # [s]
 _INITIAL_DEVIATION = frozen([100.0, 100.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
 _LEAST, _MOST = 1e-6, 100.0**2  # MIN_COVARIANCE, MAX_COVARIANCE
 _NOBODY = np.zeros(0, dtype=np.intp)
+_DEVIATIONS = [7, 7, 7, 8, 8, 8]  # columns of a measurement's row, for position and attitude
+_MOTION = [0, 1, 2, 6, 7, 8]  # position and velocity among the nine states
 _UNMEASURED = 1e6  # standard deviation that makes an attitude measurement have no effect
 
 
@@ -52,12 +54,14 @@ class Estimates(NamedTuple):
         position, velocity: (N, 3) [m], [m/s].
         rotation: (N, 3, 3) attitudes, body to world.
         misalignment: (N, 3, 3) what the true attitude has to be multiplied with, from the left, to give ``rotation``.
+        motion: (N, 6) position and velocity side by side.
     """
 
     position: Array
     velocity: Array
     rotation: Array
     misalignment: Array
+    motion: Array
 
 
 class Estimators:
@@ -71,7 +75,8 @@ class Estimators:
     """
 
     def __init__(self, n: int) -> None:
-        self.position_error, self.velocity_error = np.zeros((n, 3)), np.zeros((n, 3))
+        self._error = np.zeros((n, 6))
+        self.position_error, self.velocity_error = self._error[:, :3], self._error[:, 3:]
         self.rotation_error = np.tile([0.0, 0.0, 0.0, 1.0], (n, 1))
         self.matrix = np.tile(np.eye(3), (n, 1, 1))
         self.covariance = np.tile(np.diag(_INITIAL_DEVIATION**2), (n, 1, 1))
@@ -94,12 +99,8 @@ class Estimators:
 
     def estimates(self, bodies: RigidBodies) -> Estimates:
         """What the drones believe, given the truth."""
-        return Estimates(
-            bodies.position + self.position_error,
-            bodies.velocity + self.velocity_error,
-            np.matmul(self.matrix, bodies.rotation),
-            self.matrix,
-        )
+        motion = bodies.motion + self._error
+        return Estimates(motion[:, :3], motion[:, 3:], np.matmul(self.matrix, bodies.rotation), self.matrix, motion)
 
     def reset(self, index: int, position: Array, velocity: Array, quaternion: Array, to: tuple[Vec3, float]) -> None:
         """Start one filter at rest at a position and heading ``to``; the other arguments are the drone's truth.
@@ -139,38 +140,28 @@ class Estimators:
         np.matmul(np.matmul(f, self.covariance), f.transpose(0, 2, 1), out=self.covariance)
         self._diagonal += self._noise * (dt / _LOOP)
 
-    def correct(self, measured: Sequence[tuple[int, PoseMeasurement]], position: Array, quaternion: Array) -> None:
-        """Take at most one pose per drone: (drone, measurement) pairs; position and quaternion are the truth (N, ·)."""
-        everybody = len(measured) == len(position)
+    def correct(self, measured: Sequence[tuple[int, PoseMeasurement]], bodies: RigidBodies) -> None:
+        """Take at most one pose per drone: (drone, measurement) pairs; the bodies are the truth."""
+        everybody = len(measured) == len(self._error)
         index: Index | slice = slice(None) if everybody else np.array([i for i, _ in measured])
-        estimated = algebra.multiply(self.rotation_error[index], quaternion[index])
-        # position, attitude, and their standard deviations; who measured no attitude "measures" its own, very badly.
-        rows = np.array(
-            [
-                (*m.position, *own, m.std_position, _UNMEASURED)
-                if m.quaternion is None
-                else (*m.position, *m.quaternion, m.std_position, m.std_quaternion)
-                for (_, m), own in zip(measured, estimated.tolist(), strict=True)
-            ]
-        )
+        # Position, attitude, and their standard deviations; who measured no attitude "measures" one very badly.
+        rows = np.array([_row(m) for _, m in measured])
+        estimated = algebra.multiply(self.rotation_error[index], bodies.quaternion[index])
         innovation = np.empty((len(rows), 6))
-        np.subtract(rows[:, :3], position[index], out=innovation[:, :3])
+        np.subtract(rows[:, :3], bodies.position[index], out=innovation[:, :3])
         innovation[:, :3] -= self.position_error[index]
-        difference = algebra.multiply(algebra.normalised(rows[:, 3:7]), algebra.conjugate(estimated))
+        difference = algebra.multiply(rows[:, 3:7], algebra.conjugate(estimated))
         # As a rotation vector, to first order as in the firmware (mm_pose.c) but bounded for large angles.
-        np.multiply(difference[:, :3], np.copysign(2.0, difference[:, 3:]), out=innovation[:, 3:])
+        length = np.sqrt(np.add.reduce(difference * difference, 1, keepdims=True))
+        np.multiply(difference[:, :3], np.copysign(2.0, difference[:, 3:]) / length, out=innovation[:, 3:])
         if not math.isfinite(np.add.reduce(innovation, None) + np.add.reduce(rows, None)):
             usable = np.isfinite(innovation).all(axis=1) & np.isfinite(rows).all(axis=1)
-            self._correct_by_numbers(measured, usable, position, quaternion)
+            self._correct_by_numbers(measured, usable, bodies)
             return
-        self._update(index, innovation, np.repeat(rows[:, 7:] ** 2, 3, axis=1))
+        self._update(index, innovation, np.square(rows[:, _DEVIATIONS]))
 
     def _correct_by_numbers(
-        self,
-        measured: Sequence[tuple[int, PoseMeasurement]],
-        usable: NDArray[np.bool_],
-        position: Array,
-        quaternion: Array,
+        self, measured: Sequence[tuple[int, PoseMeasurement]], usable: NDArray[np.bool_], bodies: RigidBodies
     ) -> None:
         """Take the poses that are numbers; who was sent another is lost (hardware stays so until its next reset)."""
         good = []
@@ -180,21 +171,20 @@ class Estimators:
             else:
                 self.position_error[pair[0]] = np.nan
         if good:
-            self.correct(good, position, quaternion)
+            self.correct(good, bodies)
 
     def lost(self, state: Estimates) -> Index:
         """Indices of filters that left the allowed range, or the numbers; the firmware would reset the former."""
+        if np.maximum.reduce(np.abs(state.motion), None) <= self._nearest:
+            return _NOBODY
         far, fast = np.abs(state.position), np.abs(state.velocity)
         limits = self._parameters["maxPos"], self._parameters["maxVel"]
-        if np.maximum.reduce(far, None) <= np.minimum.reduce(limits[0]) and np.maximum.reduce(
-            fast, None
-        ) <= np.minimum.reduce(limits[1]):
-            return _NOBODY
         return np.flatnonzero(~((far <= limits[0][:, None]) & (fast <= limits[1][:, None])).all(axis=1))
 
     def _tuned(self) -> None:
         """What a loop of the firmware adds to the covariance (kalman_core.c, addProcessNoiseDt)."""
         p, dt = self._parameters, _LOOP
+        self._nearest = float(np.minimum(p["maxPos"], p["maxVel"]).min())  # [m] or [m/s]: nobody is lost below
         acceleration = np.stack([p["pNAcc_xy"], p["pNAcc_xy"], p["pNAcc_z"]], axis=1)
         gyro = np.stack([p["mNGyro_rollpitch"], p["mNGyro_rollpitch"], p["mNGyro_yaw"]], axis=1)
         position, velocity, attitude = (p[name][:, None] for name in ("pNPos", "pNVel", "pNAtt"))
@@ -214,8 +204,7 @@ class Estimators:
         s.reshape(-1, 36)[:, ::7] += noise  # the diagonals
         weights = np.linalg.solve(s, p[:, :6])  # S⁻¹ H P: the gain's transpose, S being symmetric
         step = np.matmul(innovation[:, None, :], weights)[:, 0]
-        self.position_error[index] += step[:, :3]
-        self.velocity_error[index] += step[:, 6:]
+        self._error[index] += step[:, _MOTION]
         rotation = np.zeros_like(self.position_error)
         rotation[index] = step[:, 3:6]
         self._rotate(rotation)
@@ -232,3 +221,9 @@ class Estimators:
         np.multiply(rotation, 0.5, out=half[:, :3])
         self.rotation_error = algebra.normalised(algebra.multiply(half, self.rotation_error))
         self.matrix = algebra.rotation_matrices(self.rotation_error)
+
+
+def _row(m: PoseMeasurement) -> tuple[float, ...]:
+    if m.quaternion is None:
+        return (*m.position, 0.0, 0.0, 0.0, 1.0, m.std_position, _UNMEASURED)
+    return (*m.position, *m.quaternion, m.std_position, m.std_quaternion)

@@ -14,8 +14,8 @@ from missions.arrays import Array, frozen
 _MIX = frozen(np.array([np.multiply(0.5, ROLL), np.multiply(0.5, PITCH), YAW]))  # (3 moments, 4 motors)
 
 
-def mix(thrust: Array, moments: Array) -> tuple[Array, bool]:
-    """Motor commands (N, 4) in 0..65535 of thrusts (N, 1) and moments (N, 3), and whether any was clipped.
+def mix(thrust: Array, moments: Array) -> Array:
+    """Motor commands (N, 4) in 0..65535 of thrusts (N, 1) and moments (N, 3).
 
     When a motor would need more than the greatest command, all four are lowered alike (powerDistributionCap): the
     moments are kept and thrust is what gives way. Commands that are no numbers (gains or setpoints that are none) turn
@@ -23,8 +23,7 @@ def mix(thrust: Array, moments: Array) -> tuple[Array, bool]:
     """
     command: Array = moments.dot(_MIX)
     command += thrust
-    clipped = not np.maximum.reduce(command, None) <= COMMAND_MAX  # also when it is no number
-    if clipped:
+    if not np.maximum.reduce(command, None) <= COMMAND_MAX:  # also when it is no number
         command[~np.isfinite(command).all(axis=1)] = 0.0
         command -= np.maximum(command.max(axis=1, keepdims=True) - COMMAND_MAX, 0.0)
-    return np.maximum(command, 0.0), clipped
+    return np.maximum(command, 0.0, out=command)

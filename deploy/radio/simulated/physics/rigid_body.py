@@ -1,7 +1,7 @@
 """Rigid bodies under thrust, torque and slow forces; all drones in one step.
 
 Newton-Euler with principal inertia, integrated by Euler's method: semi-implicit for the positions (velocities first),
-explicit for the attitudes. At 2 ms its error on a flight is far below the sensors' noise (tests compare with finer
+explicit for the attitudes. At 5 ms its error on a flight is far below the sensors' noise (tests compare with finer
 steps). Everything quadratic in attitude and rates comes from one product with a constant matrix, and results go into
 buffers: at a handful of drones the number of array calls, not of operations, is what costs time.
 """
@@ -22,7 +22,7 @@ class RigidBodies:
     """True state of all bodies.
 
     Attributes:
-        position, velocity: (N, 3) [m], [m/s], world frame, z up.
+        position, velocity: (N, 3) [m], [m/s], world frame, z up; side by side in ``motion``.
         quaternion: (N, 4) x, y, z, w, body to world.
         rates: (N, 3) angular velocity in the body frame [rad/s].
         rotation: (N, 3, 3) the attitudes as matrices, as of the last :meth:`step` or :meth:`update`.
@@ -31,8 +31,9 @@ class RigidBodies:
     def __init__(self, airframes: Sequence[Airframe], positions: Array, yaws: Array, dt: float) -> None:
         n = len(airframes)
         self._dt = dt
-        self.position = positions.astype(np.float64, copy=True)
-        self.velocity = np.zeros((n, 3))
+        self.motion = np.zeros((n, 6))
+        self.position, self.velocity = self.motion[:, :3], self.motion[:, 3:]
+        self.position[:] = positions
         # Attitude and rates side by side: all that the equations of rotation need is quadratic in these seven numbers.
         self._spin = np.zeros((n, 7))
         self._quaternion, self._rates = self._spin[:, :4], self._spin[:, 4:]
@@ -45,7 +46,7 @@ class RigidBodies:
         self._rotation = self._terms[:, 4:13].reshape(n, 3, 3)
         self._up = self._rotation[:, :, 2]
         self._gyroscopic = dt * np.array([_gyroscopic(a) for a in airframes])
-        self._drag_per_mass = np.array([a.drag for a in airframes]) / np.array([[a.mass] for a in airframes])
+        self._drag = -dt * np.array([a.drag for a in airframes]) / np.array([[a.mass] for a in airframes])
         self._slow = np.zeros((n, 3))
         self._kick = np.zeros((n, 4))
         self._push, self._twist = self._kick[:, :1], self._kick[:, 1:]
@@ -73,18 +74,21 @@ class RigidBodies:
         np.multiply(self._column, self._row, out=self._outer)
         np.dot(self._outer_rows, self._map, out=self._terms)
 
-    def refresh(self, extra: Array) -> None:
+    def refresh(self, lift: Array | None = None) -> None:
         """Once a control tick: unit quaternions again, and the forces that hardly change in between.
 
         Args:
-            extra: (N, 3) accelerations from outside [m/s²], e.g. downwash; gravity and drag are added here.
+            lift: (N,) upward accelerations from outside [m/s²], e.g. downwash; gravity and drag are added here.
         """
-        self._quaternion[:] = algebra.normalised(self._quaternion)
+        q = self._quaternion
+        q /= np.sqrt(np.add.reduce(q * q, 1, keepdims=True))
         self.update()
-        body_velocity = np.matmul(self.velocity[:, None, :], self._rotation)[:, 0]  # Rᵀ v as rows
-        drag = np.matmul(self._rotation, (self._drag_per_mass * body_velocity)[:, :, None])[:, :, 0]
-        self._slow = self._dt * (extra - drag)
+        drag = np.matmul(self.velocity[:, None, :], self._rotation)[:, 0]  # Rᵀ v as rows: velocity in the body frame
+        drag *= self._drag
+        np.matmul(self._rotation, drag[:, :, None], out=self._slow[:, :, None])
         self._slow[:, 2] -= self._dt * GRAVITY
+        if lift is not None:
+            self._slow[:, 2] += self._dt * lift
 
     def step(self, accelerations: Array) -> None:
         """Advance by dt under rotor accelerations (N, 4), see ``Rotors.accelerations``."""

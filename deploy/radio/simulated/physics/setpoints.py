@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from deploy.radio.simulated.interface import Setpoint, SetpointMode
+from deploy.radio.simulated.interface import PERIOD, Course, Setpoint, SetpointMode
 
 MODES = tuple(SetpointMode)
 OFF, FULL, POSITION, VELOCITY, HOVER, ATTITUDE, HEIGHT, CLIMB, RATES = range(len(MODES))
 _CODE = {mode: code for code, mode in enumerate(MODES)}
+_RING = 64  # ticks that are kept; courses are shorter
+# Rows of a course's goals in the table's order; attitude and thrust are not in it.
+_GOALS, _COLUMNS = [*range(9), 13, 14, 15, 12], [*range(12), 14]
 
 
 class SetpointTable:
@@ -30,30 +31,37 @@ class SetpointTable:
         self.mode = np.zeros(n, dtype=np.int64)
         self._block = np.zeros((n, 16))
         self.ahead = self._block[:, 3:12]
+        self._ring = np.zeros((_RING, n, 16))
         self._held: list[Setpoint] = [Setpoint()] * n
+        self._course: list[Course | None] = [None] * n
         self.position, self.velocity = self._block[:, 0:3], self._block[:, 3:6]
         self.acceleration, self.omega = self._block[:, 6:9], self._block[:, 9:12]
         self.attitude, self.yaw, self.thrust = self._block[:, 12:14], self._block[:, 14], self._block[:, 15]
         self._classify()
 
-    def take(self, setpoints: Sequence[Setpoint]) -> None:
-        """Take the setpoints of all drones; those that are the records of the last tick cost nothing."""
-        held = self._held
-        changed = [i for i, setpoint in enumerate(setpoints) if setpoint is not held[i]]
-        if not changed:
+    def take(self, i: int, setpoint: Setpoint, course: Course | None) -> None:
+        """Take one drone's setpoint from this tick on, or the course that it is part of."""
+        if course is self._course[i] and (course is not None or setpoint is self._held[i]):
             return
-        rows = [_row(setpoints[i]) for i in changed]
-        if len(changed) == len(held):
-            self._block[:] = rows
+        if course is None:
+            self._ring[:, i] = _row(setpoint)
         else:
-            self._block[changed] = rows
-        if any(setpoints[i].mode is not held[i].mode for i in changed):
-            self.mode[:] = [_CODE[setpoint.mode] for setpoint in setpoints]
+            first = round(course.begin / PERIOD)
+            ticks = np.arange(first, first + course.goals.shape[1]) % _RING
+            self._ring[ticks[:, None], i, _COLUMNS] = course.goals[_GOALS].T
+        if setpoint.mode is not self._held[i].mode:
+            self.mode[i] = _CODE[setpoint.mode]
+            self._stale = True
+        self._held[i], self._course[i] = setpoint, course
+
+    def turn(self, tick: int) -> None:
+        """It is this tick's turn: ``tick`` periods since the world began."""
+        self._block[:] = self._ring[tick % _RING]
+        if self._stale:
             self._classify()
-        self._held = list(setpoints)
 
     def _classify(self) -> None:
-        mode = self.mode
+        mode, self._stale = self.mode, False
         self.by_position = (mode == FULL) | (mode == POSITION)
         self.by_height = self.by_position | (mode == HOVER) | (mode == HEIGHT)
         self.attitude_only, self.rates = mode == ATTITUDE, mode == RATES

@@ -1,25 +1,25 @@
 """The simulated world: every drone's body, battery, sensors, estimator and controller, moved by somebody else's clock.
 
-Time runs in physics steps of 2 ms and control ticks of 10 ms. At a tick the world tells each firmware what its drone
-knows (:class:`Telemetry`), receives :class:`Orders`, and runs what the firmware runs at 100 Hz; attitude control,
-rotors and rigid bodies run at every step. Everything is computed for all drones at once, and everything random comes
-from one seeded generator: the same seed and the same orders give the same flight, bit for bit.
+Time runs in physics steps of 5 ms and control ticks of 10 ms. At a tick the world hears the firmwares (:mod:`.crew`)
+and runs what they run at 100 Hz; attitude control, rotors and rigid bodies run at every step. Everything is computed
+for all drones at once, and everything random comes from one seeded generator: the same seed and the same orders give
+the same flight, bit for bit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from deploy.radio.simulated.interface import Firmware, Orders, Telemetry, Vec3
+from deploy.radio.simulated.interface import PERIOD, Firmware, Orders, Vec3
 from deploy.radio.simulated.physics import ground
-from deploy.radio.simulated.physics.algebra import GRAVITY, multiply
+from deploy.radio.simulated.physics.algebra import GRAVITY
 from deploy.radio.simulated.physics.autopilot import Autopilots
 from deploy.radio.simulated.physics.battery import Batteries
-from deploy.radio.simulated.physics.downwash import downwash
-from deploy.radio.simulated.physics.estimator import Estimates, Estimators
+from deploy.radio.simulated.physics.crew import Crew, Readings, knowledge
+from deploy.radio.simulated.physics.downwash import CLEAR, downwash
+from deploy.radio.simulated.physics.estimator import Estimators
 from deploy.radio.simulated.physics.rigid_body import RigidBodies
 from deploy.radio.simulated.physics.rotors import Rotors
 from deploy.radio.simulated.physics.sensors import ACCELEROMETER_RANGE, InertialSensors, SensorNoise
@@ -27,10 +27,11 @@ from deploy.radio.simulated.physics.tumble import TumbleDetector
 from missions.airframes import Airframe
 from missions.arrays import Array, frozen
 
-STEP = 0.002  # [s] physics and attitude control
-STEPS_PER_TICK = 5
-TICK = STEP * STEPS_PER_TICK
+STEPS_PER_TICK = 2
+TICK = PERIOD
+STEP = TICK / STEPS_PER_TICK  # [s] physics and attitude control
 _BATTERY_STEPS = 5 * STEPS_PER_TICK  # voltages move slowly: rotors spin up within 50 ms, and the firmware averages
+_RANGE = ACCELEROMETER_RANGE * GRAVITY  # [m/s²]
 _NEAR_GROUND = 0.2  # [m] above it nothing reaches the floor within a tick (that takes 20 m/s)
 
 
@@ -76,15 +77,14 @@ class World:
         self.batteries = Batteries(airframes, charge)
         self.estimators = Estimators(n)
         self.autopilots = Autopilots(airframes, STEP)
-        self._sensors = InertialSensors(n, noise or SensorNoise(), np.random.default_rng(seed))
+        self._sensors = InertialSensors(n, noise or SensorNoise(), np.random.default_rng(seed), STEP)
         self._tumble = TumbleDetector(n)
-        self._gyro_error, self._accelerometer_error = self._sensors.draw(STEPS_PER_TICK)
+        self._errors = self._sensors.draw(STEPS_PER_TICK)
         self._velocity_before = np.zeros((n, 3))
         # Body frame, one column each: specific force as the filter takes it, gyro error, specific force as measured.
         self._inputs = np.zeros((n, 3, 3))
         self._near_ground = True
-        self._firmwares: tuple[Firmware, ...] = ()
-        self._orders: Sequence[Orders] = [Orders()] * n
+        self._crew = Crew(n)
         self._observers: list[tuple[Callable[[float], None], int]] = []
         for i in range(n):
             self._reset_estimator(i, ((0.0, 0.0, 0.0), 0.0))
@@ -121,9 +121,7 @@ class World:
         Raises:
             ValueError: not one firmware per drone.
         """
-        if len(firmwares) != self._n:
-            raise ValueError(f"a world of {self._n} drones takes {self._n} firmwares; got {len(firmwares)}")
-        self._firmwares = tuple(firmwares)
+        self._crew.attach(firmwares)
 
     def every(self, period: float, observe: Callable[[float], None]) -> None:
         """Call ``observe(t)`` whenever a multiple of ``period`` [s] has passed (e.g. a motion-capture camera).
@@ -167,7 +165,7 @@ class World:
 
     def _step(self, phase: int) -> None:
         bodies, rotors = self.bodies, self.rotors
-        command = self.autopilots.steer(bodies.rotation, bodies.rates + self._gyro_error[phase])
+        command = self.autopilots.steer(bodies.rotation, bodies.rates + self._errors.gyro[phase])
         rotors.step(command)
         bodies.step(rotors.accelerations())
         if self._near_ground:
@@ -185,144 +183,72 @@ class World:
         bodies, estimators = self.bodies, self.estimators
         readings = self._sense()
         state = estimators.estimates(bodies)
-        if self._firmwares and self._obey(self._ask(readings, state)):
+        reset = self._crew.consult(
+            self.t,
+            lambda: knowledge(readings, state, bodies, estimators, self.autopilots, self.batteries),
+            self._obey,
+        )
+        self.autopilots.setpoints.turn(self._steps // STEPS_PER_TICK)
+        corrections = self._crew.measurements()
+        for measured in corrections:
+            estimators.correct(measured, bodies)
+        if reset or corrections:
             state = estimators.estimates(bodies)
         if self._steps % _BATTERY_STEPS == 0:
             self.batteries.draw(self.rotors.thrust, _BATTERY_STEPS * STEP)
             self.rotors.limit(self.batteries.available_thrust())
         bodies.refresh(self._wakes())
-        self._near_ground = bool(np.minimum.reduce(bodies.position[:, 2]) < _NEAR_GROUND)
         for i in estimators.lost(state):
             self._reset_estimator(int(i), ((0.0, 0.0, 0.0), 0.0))
             state = estimators.estimates(bodies)
         self.autopilots.aim(state, TICK)
         self._velocity_before[:] = bodies.velocity
-        self._gyro_error, self._accelerometer_error = self._sensors.draw(STEPS_PER_TICK)
+        self._errors = self._sensors.draw(STEPS_PER_TICK)
 
-    def _sense(self) -> _Readings:
+    def _sense(self) -> Readings:
         """What the sensors read in this tick; the filters take it in."""
-        bodies, inputs = self.bodies, self._inputs
-        force = (bodies.velocity - self._velocity_before) / TICK  # specific, world frame, mean of the tick
+        bodies, inputs, errors = self.bodies, self._inputs, self._errors
+        force = bodies.velocity - self._velocity_before  # specific, world frame, mean of the tick
+        force *= 1.0 / TICK
         force[:, 2] += GRAVITY
         body = np.matmul(force[:, None, :], bodies.rotation)[:, 0]
-        body += self._accelerometer_error
-        g = np.minimum(np.maximum(body / GRAVITY, -ACCELEROMETER_RANGE), ACCELEROMETER_RANGE)
+        body += errors.accelerometer
+        np.minimum(np.maximum(body, -_RANGE, out=inputs[:, :, 2]), _RANGE, out=inputs[:, :, 2])
         # In flight the firmware's filter takes only the thrust axis from the accelerometer (kalman_core.c, predictDt):
         # it leaves out drag, believes in too much speed, and the drone lags: most of Mellinger's recorded delay.
         inputs[:, :, 0] = body
-        inputs[:, :2, 0] *= (self.autopilots.thrust <= 0.0)[:, None]
-        np.multiply(np.add.reduce(self._gyro_error, 0), 1.0 / STEPS_PER_TICK, out=inputs[:, :, 1])
-        np.multiply(g, GRAVITY, out=inputs[:, :, 2])
+        inputs[:, :2, 0] *= self.autopilots.resting
+        inputs[:, :, 1] = errors.turn
         world = np.matmul(np.matmul(self.estimators.matrix, bodies.rotation), inputs)
         self.estimators.predict(force, world[:, :, 0], world[:, :, 1], TICK)
-        acceleration = world[:, :, 2]
-        acceleration[:, 2] -= GRAVITY
-        return _Readings(g, bodies.rates + self._gyro_error[-1], acceleration)
+        tumbled = self._tumble.update(inputs[:, :, 2], TICK)
+        return Readings(inputs[:, :, 2], errors.gyro[-1], world[:, :, 2], tumbled)
 
-    def _wakes(self) -> Array:
-        """Accelerations (N, 3) by the wakes of other drones [m/s²]."""
-        out = np.zeros((self._n, 3))
-        if self._n > 1:
-            thrust = self._thrust_max * np.add.reduce(self.rotors.thrust, 1)
-            out[:, 2] = downwash(self.bodies.position, thrust) / -self._mass
+    def _wakes(self) -> Array | None:
+        """Upward accelerations (N,) by the wakes of other drones [m/s²]; None if nobody is above anybody."""
+        height = self.bodies.position[:, 2]
+        lowest = float(np.minimum.reduce(height))
+        self._near_ground = lowest < _NEAR_GROUND
+        if np.maximum.reduce(height) - lowest < CLEAR:
+            return None
+        thrust = self._thrust_max * np.add.reduce(self.rotors.thrust, 1)
+        out: Array = downwash(self.bodies.position, thrust) / -self._mass
         return out
 
-    def _ask(self, readings: _Readings, state: Estimates) -> list[Orders]:
-        """Tell every firmware what its drone knows; their orders."""
-        e, autopilots = self.estimators, self.autopilots
-        quaternion = multiply(e.rotation_error, self.bodies.quaternion)
-        tumbled = self._tumble.update(readings.g, TICK)
-        block = np.concatenate(
-            [
-                state.position,
-                state.velocity,
-                readings.acceleration,
-                readings.gyro,
-                readings.g,
-                e.variances,
-                quaternion,
-                autopilots.asked,
-                autopilots.moments,
-                autopilots.thrust[:, None],
-                self.batteries.voltage[:, None],
-                self.bodies.position[:, 2:],
-            ],
-            axis=1,
-        )
-        rows = zip(
-            self._firmwares,
-            block.tolist(),
-            autopilots.command.astype(np.int64).tolist(),
-            autopilots.saturated.tolist(),
-            tumbled.tolist(),
-            strict=True,
-        )
-        t = self.t
-        return [firmware.tick(t, _telemetry(*row)) for firmware, *row in rows]
-
-    def _obey(self, orders: Sequence[Orders]) -> bool:
-        """Carry out what the firmwares ordered; whether anybody's estimate jumped."""
+    def _obey(self, i: int, order: Orders, before: Orders) -> bool:
+        """Carry out what a firmware ordered; whether its drone's estimate jumped."""
         autopilots = self.autopilots
-        autopilots.setpoints.take([order.setpoint for order in orders])
-        rounds, reset = 0, False
-        for i, (order, before) in enumerate(zip(orders, self._orders, strict=True)):
-            rounds = max(rounds, len(order.measurements))
-            if order.motors_allowed is not before.motors_allowed or order.controller != before.controller:
-                autopilots.allowed[i] = order.motors_allowed
-                autopilots.choose(i, order.controller)
-            if order.tuning is not before.tuning:
-                autopilots.tune(i, order.tuning)
-                self.estimators.tune(i, order.tuning)
-            if order.reset_estimator:
-                self._reset_estimator(i, order.initial_pose)
-                reset = True
-        self._orders = orders
-        for k in range(rounds):  # oldest first, one of each drone at a time
-            now = [(i, order.measurements[k]) for i, order in enumerate(orders) if k < len(order.measurements)]
-            self.estimators.correct(now, self.bodies.position, self.bodies.quaternion)
-        return reset or rounds > 0
+        autopilots.setpoints.take(i, order.setpoint, order.course)
+        if order.motors_allowed is not before.motors_allowed or order.controller != before.controller:
+            autopilots.allow(i, order.motors_allowed)
+            autopilots.choose(i, order.controller)
+        if order.tuning is not before.tuning:
+            autopilots.tune(i, order.tuning)
+            self.estimators.tune(i, order.tuning)
+        if order.reset_estimator:
+            self._reset_estimator(i, order.initial_pose)
+        return order.reset_estimator
 
     def _reset_estimator(self, i: int, to: tuple[Vec3, float]) -> None:
         b = self.bodies
         self.estimators.reset(i, b.position[i], b.velocity[i], b.quaternion[i], to)
-
-
-class _Readings(NamedTuple):
-    """Sensors of all drones in one tick.
-
-    Attributes:
-        g: (N, 3) accelerometers [g].
-        gyro: (N, 3) [rad/s].
-        acceleration: (N, 3) what the drones make of it: world frame, without gravity [m/s²].
-    """
-
-    g: Array
-    gyro: Array
-    acceleration: Array
-
-
-def _telemetry(row: list[float], motors: list[int], saturated: bool, tumbled: bool) -> Telemetry:
-    x, y, z, vx, vy, vz, ax, ay, az, p, q, r, gx, gy, gz = row[:15]
-    px, py, pz, dx, dy, dz, sx, sy, sz, qx, qy, qz, qw = row[15:28]
-    roll, pitch, yaw, rx, ry, rz, mx, my, mz, thrust, volt, height = row[28:]
-    m1, m2, m3, m4 = motors
-    return Telemetry(
-        (x, y, z),
-        (vx, vy, vz),
-        (ax, ay, az),
-        (qx, qy, qz, qw),
-        (p, q, r),
-        (gx, gy, gz),
-        (px, py, pz),
-        (sx, sy, sz),
-        (m1, m2, m3, m4),
-        thrust,
-        volt,
-        saturated,
-        tumbled,
-        (dx, dy, dz),
-        (roll, pitch, yaw),
-        (rx, ry, rz),
-        (mx, my, mz),
-        height,
-    )

@@ -76,6 +76,11 @@ class LogPort:
             if command in (0x03, 0x08) and not error and block not in self._running:
                 self._emit(block, self._blocks[block], self._now())
 
+    @property
+    def due(self) -> float:
+        """When :meth:`run` has something to send [ms since boot]; infinite if no block runs."""
+        return self._next_due if self._running else math.inf
+
     def reset(self) -> None:
         """Forget all blocks."""
         self._blocks.clear()
