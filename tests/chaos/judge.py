@@ -3,9 +3,9 @@
 1. Two drones that nothing has struck stay ``HARD`` apart as long as one of them is in the air. A drone is *struck*
    from the moment at which a fault takes it out of the air itself: its motor, its battery or its firmware fails, it
    is turned over, or somebody stops the motors (the operator's second word, the watchdog of ``motor_stop``).
-2. Nobody leaves the geofence (workspace, pads, starts; plus its margin) by more than ``EXCURSION``, the struck not
-   by more than ``FALLING``. Who is *cut off* (its link is gone for good, or the host has died) and has no positioning
-   of its own drifts: it is judged for as long as anybody else is in the air, and for ``DRIFT`` at least.
+2. Nobody leaves the geofence (workspace, pads, starts; plus its margin); the struck not by more than ``FALLING``. Who
+   is *cut off* (its link is gone for good, or the host has died) gets no poses any more and drifts: rules 1 and 2 are
+   for its first ``BLIND`` seconds.
 3. In the end no motor turns and everybody is on the ground, or falls there; but who was cut off in the air may hover.
 4. What fails before take-off keeps everybody on the ground.
 5. The log can be read and is complete (after a kill: up to the kill), holds the fault, and ends in a final phase.
@@ -27,8 +27,8 @@ from tests.chaos.arena import NAMES, arena
 from tests.chaos.faults import CUT, FALLS
 
 HARD = 0.18  # m between centres: 60 % of the mission's separation; propellers touch at 0.14 m
-EXCURSION = 0.0  # m
 FALLING = 1.0  # m
+BLIND = 4.0  # s
 DOWN = 0.05  # m
 FINAL = {phase.value for phase, rule in TABLE.items() if rule.next is None}
 
@@ -57,12 +57,13 @@ def judge(flown):
     onset = [(fault, _began(fault, flown.log)) for fault in flown.case.faults]
     struck = _since(flown, [(fault, t) for fault, t in onset if _strikes(fault)])
     cut = _since(flown, [(fault, t) for fault, t in onset if fault.nature == CUT])
+    blind = _since(flown, [(fault, t + BLIND) for fault, t in onset if fault.nature == CUT])
     air = flown.position[:, :, 2] > DOWN
-    separation, closest = _separation(flown.position, air, ~struck), _separation(flown.position, air)
+    separation, closest = _separation(flown.position, air, ~(struck | blind)), _separation(flown.position, air)
     outside = _outside(flown.position)
     problems = [
         *_apart(flown, separation),
-        *_fenced(flown, outside, struck),
+        *_fenced(outside, struck, blind),
         *_down(flown, air, cut),
         *_grounded(flown, air),
         *_logged(flown, onset),
@@ -131,9 +132,12 @@ def _apart(flown, separation):
         yield f"{separation[least]:.2f} m apart at {flown.t[least]:.2f} s"
 
 
-def _fenced(flown, outside, struck):
+def _fenced(outside, struck, blind):
     for i, name in enumerate(NAMES):
-        for kind, mask, allowed in (("", ~struck[:, i], EXCURSION), (" (struck)", struck[:, i], FALLING)):
+        for kind, mask, allowed in (
+            ("", ~(struck[:, i] | blind[:, i]), 0.0),
+            (" (struck)", struck[:, i] & ~blind[:, i], FALLING),
+        ):
             beyond = outside[mask, i].max(initial=-np.inf)
             if beyond > allowed:
                 yield f"{name}{kind} {beyond:.2f} m beyond the fence's margin"
