@@ -17,6 +17,7 @@ from deploy.flightlog.attachments import attachments
 from deploy.operator import Either, Interrupts, Nobody, Operator
 from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.model import AirModel, stations
+from deploy.radio.simulated.physics.capture import film
 from deploy.radio.simulated.physics.world import World
 from deploy.radio.simulated.positioning import OnboardPositioning
 from deploy.radio.simulated.swarm import SimulatedSwarm
@@ -33,7 +34,7 @@ from missions.fleet import pads
 from missions.schema import Mission
 from mocap.setup import seen_by
 from mocap.simulated import SimulatedMocap
-from mocap.source import MocapSource, Pose
+from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 
 _MOCAP_RATE = 100.0  # Hz
@@ -77,7 +78,7 @@ class Stage:
         self.mocap = SimulatedMocap(_MOCAP_RATE, seed=seed)
         self.capture = seen_by(self.mocap, mission, seed)
         self._bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
-        self.world.every(1.0 / _MOCAP_RATE, self._expose)
+        film(self.world, list(self._bodies.values()), self.mocap, 1.0 / _MOCAP_RATE)
         arms_itself = "brushless" not in mission.flight.airframe
         self.clock.attach(self._live, lambda timeout: True)
         self.air = None
@@ -141,16 +142,6 @@ class Stage:
         except ProcessKilled as killed:
             self._killed = killed
             raise
-
-    def _expose(self, t: float) -> None:
-        if not self.mocap.due(t):
-            return
-        positions, quaternions = self.world.positions.tolist(), self.world.quaternions.tolist()
-        poses = {
-            body: Pose(tuple(p), tuple(q))
-            for body, p, q in zip(self._bodies.values(), positions, quaternions, strict=True)
-        }
-        self.mocap.observe(t, poses)
 
 
 def _digest(swarm: SimulatedSwarm) -> None:

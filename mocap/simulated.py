@@ -9,16 +9,28 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import numpy as np
 
+from missions.arrays import Array, frozen
 from mocap.source import MocapFrame, Pose
 
 Vec3 = tuple[float, float, float]
 T = TypeVar("T")
 _SLACK = 1e-9  # [s] times are multiples of a tick up to rounding
+# (12, 4): outer(h, q) times this is the quaternion product (h, 0) q.
+_PRODUCT = frozen(
+    np.array(
+        [
+            *[(0, 0, 0, -1), (0, 0, 1, 0), (0, -1, 0, 0), (1, 0, 0, 0)],
+            *[(0, 0, -1, 0), (0, 0, 0, -1), (1, 0, 0, 0), (0, 1, 0, 0)],
+            *[(0, 1, 0, 0), (-1, 0, 0, 0), (0, 0, 0, -1), (0, 0, 1, 0)],
+        ],
+        dtype=np.float64,
+    )
+)
 
 
 class SimulatedMocap:
@@ -99,18 +111,31 @@ class SimulatedMocap:
         self._now = t
         return self._open and t >= self._count * self._period - _SLACK
 
-    def observe(self, t: float, bodies: Mapping[str, Pose]) -> None:
-        """Tell what there is to see at time t [s]; called by the world at least as often as ``rate``."""
+    def observe(self, t: float, bodies: Sequence[str], positions: Array, quaternions: Array | None = None) -> None:
+        """Tell what there is to see at time t [s]; called by the world at least as often as ``rate``.
+
+        Args:
+            t: world time [s].
+            bodies: names.
+            positions: (N, 3) where they are [m].
+            quaternions: (N, 4) x, y, z, w of unit length, body to world; None: only positions can be seen.
+        """
         if not self.due(t):
             return
         self._count = math.floor(t / self._period + 1e-6) + 1
         # Noise is drawn for hidden bodies too: hiding one must not change what is seen of the others.
-        noise = self._rng.standard_normal((len(bodies), 6)).tolist()
-        seen = {name: self._blur(pose, row) for (name, pose), row in zip(bodies.items(), noise, strict=True)}
+        noise = self._rng.standard_normal((len(bodies), 6))
+        places = map(tuple, (positions + self._noise_position * noise[:, :3]).tolist())
+        if quaternions is None:
+            seen = dict(zip(bodies, map(Pose, places), strict=True))
+        else:
+            attitudes = map(tuple, self._turned(quaternions, noise[:, 3:]).tolist())
+            seen = dict(zip(bodies, map(Pose, places, attitudes), strict=True))
         self._mistake(seen)
-        visible = {name: pose for name, pose in seen.items() if name not in self._hidden and not self._covered[name]}
+        if self._hidden or self._covered:
+            seen = {name: pose for name, pose in seen.items() if name not in self._hidden and not self._covered[name]}
         if not self._blindings:
-            self._under_way.append(MocapFrame(t, self._count, visible))
+            self._under_way.append(MocapFrame(t, self._count, seen))
 
     def poll(self) -> Sequence[MocapFrame]:
         """Frames that arrived by now, oldest first."""
@@ -131,21 +156,12 @@ class SimulatedMocap:
         for a, b in self._swaps:
             seen[a], seen[b] = seen[b], seen[a]
 
-    def _blur(self, pose: Pose, noise: Sequence[float]) -> Pose:
-        """A pose with six standard normal numbers of noise on it (plain floats: a body at a time, arrays cost more)."""
-        spread, turn = self._noise_position, 0.5 * self._noise_angle
-        x, y, z = pose.position
-        position = (x + spread * noise[0], y + spread * noise[1], z + spread * noise[2])
-        if pose.quaternion is None:
-            return Pose(position)
-        qx, qy, qz, qw = pose.quaternion
-        hx, hy, hz = turn * noise[3], turn * noise[4], turn * noise[5]
-        a = qx + hx * qw + hy * qz - hz * qy
-        b = qy - hx * qz + hy * qw + hz * qx
-        c = qz + hx * qy - hy * qx + hz * qw
-        d = qw - hx * qx - hy * qy - hz * qz
-        length = math.sqrt(a * a + b * b + c * c + d * d)
-        return Pose(position, (a / length, b / length, c / length, d / length))
+    def _turned(self, quaternions: Array, noise: Array) -> Array:
+        """Attitudes (N, 4) after small turns, ``noise`` (N, 3) standard normal numbers a rotation vector's axis."""
+        half = (0.5 * self._noise_angle) * noise
+        turned = quaternions + (half[:, :, None] * quaternions[:, None, :]).reshape(-1, 12).dot(_PRODUCT)
+        out: Array = turned / np.sqrt(np.add.reduce(turned * turned, 1, keepdims=True))
+        return out
 
 
 def _listed(items: list[T], item: T) -> Callable[[], None]:

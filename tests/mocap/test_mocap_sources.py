@@ -22,9 +22,10 @@ class Stage:
         self.now, self.ticks = 0.0, itertools.count(1)
         self.source = SimulatedMocap(100.0, seed=1, **options)
 
-    def let_time_pass(self, bodies=None):
+    def let_time_pass(self, attitude=LEVEL):
         self.now = next(self.ticks) * 0.01
-        self.source.observe(self.now, bodies or {"a": Pose((1.0, 2.0, self.now), LEVEL), "b": Pose((0.0, 0.0, 0.0))})
+        positions = np.array([(1.0, 2.0, self.now), (0.0, 0.0, 0.0)])
+        self.source.observe(self.now, ["a", "b"], positions, None if attitude is None else np.tile(attitude, (2, 1)))
 
 
 class Tape:
@@ -64,7 +65,7 @@ def test_frames_arrive_after_the_latency():
 def test_frames_come_at_the_systems_own_rate(rate):
     source = SimulatedMocap(rate, latency=0.0)
     for k in range(1001):
-        source.observe(0.002 * k, {})
+        source.observe(0.002 * k, [], np.zeros((0, 3)))
     frames = source.poll()
     assert len(frames) == pytest.approx(2.0 * rate + 1, abs=1)
     assert max(b.t - a.t for a, b in itertools.pairwise(frames)) <= 1.0 / rate + 0.002 + 1e-9
@@ -74,17 +75,26 @@ def test_noise_has_the_stated_size_and_is_repeatable():
     def recording():
         stage = Stage(latency=0.0, noise_position=0.002, noise_angle=0.01)
         for _ in range(2000):
-            stage.let_time_pass({"a": Pose((1.0, 2.0, 3.0), (0.6, 0.0, 0.0, 0.8))})
+            stage.let_time_pass((0.6, 0.0, 0.0, 0.8))
         return stage.source.poll()
 
     frames = recording()
     positions = np.array([frame.bodies["a"].position for frame in frames])
     quaternions = np.array([frame.bodies["a"].quaternion for frame in frames])
-    np.testing.assert_allclose(positions.mean(axis=0), (1.0, 2.0, 3.0), atol=2e-4)
+    positions[:, 2] -= [frame.t for frame in frames]
+    np.testing.assert_allclose(positions.mean(axis=0), (1.0, 2.0, 0.0), atol=2e-4)
     np.testing.assert_allclose(positions.std(axis=0), 0.002, rtol=0.1)
     angle = 2.0 * np.arccos(np.clip(quaternions @ (0.6, 0.0, 0.0, 0.8), -1.0, 1.0))
     assert np.sqrt((angle**2).mean()) == pytest.approx(0.01 * math.sqrt(3.0), rel=0.1)
     assert recording() == frames
+
+
+def test_a_small_turn_is_about_the_worlds_axes():
+    source = SimulatedMocap(100.0, noise_position=0.0, noise_angle=1e-3, seed=3)
+    body = (0.5, 0.5, 0.5, 0.5)
+    turned = RigidTransform(tuple(source._turned(np.array([body]), np.array([[0.0, 0.0, 1.0]]))[0]))
+    apart = turned.after(RigidTransform(body).inverse()).quaternion
+    assert apart == pytest.approx((0.0, 0.0, 0.5e-3, 1.0), abs=1e-6)
 
 
 def test_hidden_bodies_are_absent_and_the_others_seen_as_ever():
@@ -146,5 +156,8 @@ def test_a_transformed_source_is_a_source_in_the_world_frame():
     stage.let_time_pass()
     (frame,) = source.poll()
     assert frame.bodies["a"].position == pytest.approx((8.0, 1.0, 0.01))
+    stage.let_time_pass(attitude=None)
+    (frame,) = source.poll()
+    assert frame.bodies["b"].position == pytest.approx((10.0, 0.0, 0.0))
     assert frame.bodies["b"].quaternion is None
     contract.closes_twice(source)

@@ -24,6 +24,7 @@ from deploy.radio.simulated.air.model import rate_limit_of
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
 
 SCHEME = "sim"
+REPORTING = 0.1  # [s] between reports on a link, as by the radio driver
 _RSSI = 40.0  # [-dBm], what a radio across a room reports
 _ECHO, _CFLIBS = 0xF0, b"\0"  # header (port 15, channel 0; reserved bits apart) and first byte of cflib's own pings
 
@@ -197,7 +198,7 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
         self._inbox.put(None)
 
     def report_statistics(self, t: float, quality: float = 100.0, rssi: float = _RSSI) -> None:
-        """Tell cflib about the link as the radio driver does, ten times a second (of simulated time).
+        """Tell cflib about the link as the radio driver does, every :data:`REPORTING` seconds of simulated time.
 
         Args:
             t: simulated time [s].
@@ -205,8 +206,6 @@ class SimulatedDriver(CRTPDriver):  # type: ignore[misc]
             rssi: signal strength [-dBm].
         """
         before, sent, received = self._reported
-        if t - before < 0.1 - 1e-9:
-            return
         self._reported = (t, self._sent, self._received)
         if self._statistics is not None and not self._closed:
             up, down = ((now - then) / (t - before) for now, then in ((self._sent, sent), (self._received, received)))

@@ -14,7 +14,7 @@ from deploy.errors import LinkError
 from deploy.radio.simulated.air.air import Air
 from deploy.radio.simulated.air.line import LOST, Line
 from deploy.radio.simulated.crazyflie import SimulatedCrazyflie
-from deploy.radio.simulated.driver import SCHEME, SimulatedDriver, Traffic, register, serve, withdraw
+from deploy.radio.simulated.driver import REPORTING, SCHEME, SimulatedDriver, Traffic, register, serve, withdraw
 from deploy.radio.simulated.interface import Firmware
 from missions.airframes import Airframe
 
@@ -110,6 +110,7 @@ class SimulatedSwarm:
         self._lock = threading.Lock()
         self._reboots = dict.fromkeys(names, 0)
         self._silent_since: dict[str, float] = {}
+        self._reported = 0.0  # [s] when clients were told last how their links are
         world.attach(list(self._drones.values()))
         serve(label, self)
         register()
@@ -135,15 +136,25 @@ class SimulatedSwarm:
             self._world.advance(t)
         if self._air is not None:
             self._air.hand_out(t)
-        with self._lock:
-            clients = list(self._clients.items())
-        for name, client in clients:
-            if self._air is not None:
+        if t - self._reported >= REPORTING - 1e-9:
+            self._reported = t
+            self._report(t)
+        if self._air is None:
+            for name, client in self._clients_now():
+                if self._has_gone_silent(name, t):
+                    client.lose(LOST)
+
+    def _report(self, t: float) -> None:
+        """Tell all clients how their links are."""
+        for name, client in self._clients_now():
+            if self._air is None:
+                client.report_statistics(t)
+            else:
                 client.report_statistics(t, self._air.lines[name].quality, self._air.rssi(name))
-                continue
-            client.report_statistics(t)
-            if self._has_gone_silent(name, t):
-                client.lose(LOST)
+
+    def _clients_now(self) -> list[tuple[str, SimulatedDriver]]:
+        with self._lock:
+            return list(self._clients.items())
 
     def settle(self, timeout: float) -> bool:
         """Wait until all clients have digested what they were sent; False after ``timeout`` [s] of wall time."""

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from deploy.radio.simulated.physics.world import World
 from mocap.simulated import SimulatedMocap
-from mocap.source import Pose
 
 
 def film(world: World, names: Sequence[str], mocap: SimulatedMocap, period: float = 0.005) -> None:
@@ -25,12 +24,8 @@ def film(world: World, names: Sequence[str], mocap: SimulatedMocap, period: floa
         raise ValueError(f"one name per drone: got {len(names)} names for {len(world.bodies.position)} drones")
 
     def observe(t: float) -> None:
-        if not mocap.due(t):
-            return
-        positions, quaternions = world.bodies.position.tolist(), world.bodies.quaternion.tolist()
-        mocap.observe(
-            t, {name: Pose(tuple(p), tuple(q)) for name, p, q in zip(names, positions, quaternions, strict=True)}
-        )
+        if mocap.due(t):
+            mocap.observe(t, names, world.bodies.position, world.bodies.quaternion)
 
     world.every(period, observe)
     observe(world.t)
