@@ -12,10 +12,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from deploy.cli import check, control, dry_run, export, fly, import_, log, plan, report, schema, sim, study
+from deploy.cli import check, control, dry_run, export, fly, import_, log, pareto, plan, report, schema, sim, study
 from deploy.cli.console import fail
 
-COMMANDS = (plan, check, import_, export, dry_run, fly, control, report, log, schema, sim, study)
+COMMANDS = (plan, pareto, check, import_, export, dry_run, fly, control, report, log, schema, sim, study)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -14,8 +14,11 @@ if TYPE_CHECKING:
 def add_parser(commands: Subparsers) -> None:
     """Add this command."""
     parser = commands.add_parser("plan", help="solve a mission, fit polynomials, certify the bytes that will fly")
-    parser.add_argument("mission", type=Path, help="mission file (YAML)")
+    parser.add_argument("mission", type=Path, help="mission file (YAML), or with --pick a front that 'pareto' wrote")
     parser.add_argument("-o", "--output", type=Path, help="plan file to write [default: <mission>.plan.mcap]")
+    parser.add_argument(
+        "--pick", metavar="PLAN", help="the front's plan of this index or name, as it is if it certifies"
+    )
     parser.add_argument("--seed", type=int, help="overrides the mission's solver.seed")
     parser.add_argument("--json", action="store_true", help="print figures as JSON")
     parser.set_defaults(run=run)
@@ -24,12 +27,18 @@ def add_parser(commands: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Plan, write the plan file, print what it promises."""
     from deploy.cli.console import out, print_json
-    from deploy.cli.planning import plan_mission, print_plan, summary
+    from deploy.cli.planning import plan_mission, plan_pick, print_plan, summary
     from deploy.planfile import write_plan
 
     mission_path: Path = args.mission
-    target: Path = args.output or Path(f"{mission_path.stem}.plan.mcap")
-    flight_plan: FlightPlan | None = plan_mission(mission_path, seed=args.seed)
+    flight_plan: FlightPlan | None
+    if args.pick is not None:
+        stem = mission_path.name.removesuffix(".json").removesuffix(".front")
+        target: Path = args.output or Path(f"{stem}.{_in_name(args.pick)}.plan.mcap")
+        flight_plan = plan_pick(mission_path, args.pick)
+    else:
+        target = args.output or Path(f"{mission_path.stem}.plan.mcap")
+        flight_plan = plan_mission(mission_path, seed=args.seed)
     if flight_plan is None:
         return 1
     write_plan(target, flight_plan)
@@ -39,3 +48,8 @@ def run(args: argparse.Namespace) -> int:
         print_plan(flight_plan)
         out.print(f"plan: {target}")
     return 0
+
+
+def _in_name(pick: str) -> str:
+    """What was picked, in a file's name."""
+    return "".join(character if character.isalnum() or character in "-_" else "_" for character in pick)[:64]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import signal
 import threading
@@ -17,6 +18,7 @@ from deploy.cli.certificate import print_certificate
 from deploy.cli.console import err, number, out, table
 
 if TYPE_CHECKING:
+    from missions.schema import Mission
     from planner.errors import NoFeasiblePlan
     from planner.flightplan import FlightPlan
     from planner.solver.result import Progress as SolverProgress
@@ -28,17 +30,31 @@ def plan_mission(path: Path, *, seed: int | None = None) -> FlightPlan | None:
     Ctrl-C ends the search early with the best feasible plan so far.
     """
     from missions.loader import load_mission
-    from planner.errors import CertificateFailed, NoFeasiblePlan
     from planner.pipeline import make_flight_plan
 
     mission = load_mission(path)
-    settings = mission.solver
     if seed is not None:
-        settings = dataclasses.replace(settings, seed=seed)
-        mission = dataclasses.replace(mission, solver=settings)
+        mission = dataclasses.replace(mission, solver=dataclasses.replace(mission.solver, seed=seed))
+    return _shown(path, mission, functools.partial(make_flight_plan, mission))
+
+
+def plan_pick(path: Path, pick: str) -> FlightPlan | None:
+    """Make the plan that was picked from a front a flight, as :func:`plan_mission` does."""
+    from planner.pareto.file import read_front
+    from planner.pareto.pick import flight_plan_of
+
+    front = read_front(path)
+    front.find(pick)  # a pick that is not there is said before anything begins
+    return _shown(path, front.mission, functools.partial(flight_plan_of, front, pick))
+
+
+def _shown(path: Path, mission: Mission, planned: Callable[..., FlightPlan]) -> FlightPlan | None:
+    """What ``planned`` makes, with a progress bar; None, with the reason printed, if that is no plan."""
+    from planner.errors import CertificateFailed, NoFeasiblePlan
+
     try:
-        with _progress_bar(mission.name, settings.time_limit) as report, interruptible() as stop:
-            return make_flight_plan(mission, progress=report, should_stop=stop.is_set)
+        with _progress_bar(mission.name, mission.solver.time_limit) as report, interruptible() as stop:
+            return planned(progress=report, should_stop=stop.is_set)
     except NoFeasiblePlan as failure:
         print_violations(failure)
     except CertificateFailed as failure:
