@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from html import escape
-from importlib.resources import files
-from string import Template
 
 from deploy.analysis.record import FlightAnalysis
 from deploy.report import sections
@@ -12,30 +10,25 @@ from deploy.report.charts import all_charts
 from deploy.report.checks import parameters_table, preflight_table
 from deploy.report.delays import delays_table
 from deploy.report.maps import maps_data
-from deploy.report.packing import script_json
+from deploy.report.page import fill
 from deploy.report.playback import playback_data
 from deploy.report.switches import switches_table
 from deploy.report.verdict import diagnoses, verdict
-
-_SCRIPTS = ("page.js", "scene.js", "maps.js", "charts.js", "main.js")
 
 
 def build_report(analysis: FlightAnalysis) -> str:
     """The page. Everything in it is inline; a content security policy forbids it to ask for more."""
     mission = analysis.flight_plan.mission
     data = {"playback": playback_data(analysis), "charts": all_charts(analysis), "maps": maps_data(analysis)}
-    return Template(_read("report.html")).substitute(
+    return fill(
+        "report.html",
+        data,
         title=escape(f"{mission.name}: {analysis.verdict.level.name}"),
         name=escape(mission.name),
         description=escape(mission.description),
         kind="Rehearsal on simulated drones" if analysis.simulated else "Flight",
         robots=f"{len(mission.robots)} robot{'s' if len(mission.robots) > 1 else ''}",
         duration=f"{mission.horizon.duration:g} s search",
-        style=_read("report.css"),
-        script="\n".join(_read(name) for name in _SCRIPTS),
-        data=script_json(data),
-        playback=_read("playback.html"),
-        bar=_read("bar.html"),
         verdict=verdict(analysis),
         diagnoses=diagnoses(analysis),
         figures=sections.figures(analysis),
@@ -50,7 +43,3 @@ def build_report(analysis: FlightAnalysis) -> str:
         provenance=sections.provenance_table(analysis),
         simulation=sections.simulation(analysis),
     )
-
-
-def _read(name: str) -> str:
-    return files("deploy.report").joinpath(name).read_text(encoding="utf-8")

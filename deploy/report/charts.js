@@ -47,7 +47,7 @@ function range(panel) {
   const span = high - low;
   // A limit far from everything would flatten the curves: it is drawn where it can be seen.
   for (const limit of panel.limits) if (panel.zero || !(limit.y < low - 2 * span || limit.y > high + 2 * span)) { low = Math.min(low, limit.y); high = Math.max(high, limit.y); }
-  if (low > high) return [0, 1];
+  if (low > high) return panel.log ? [0.1, 1] : [0, 1];
   if (panel.zero) { low = Math.min(0, low); high = Math.max(0, high); }
   if (panel.log) return [low / 1.3, high * 1.15];
   const margin = (high - low || Math.abs(high) || 1) * 0.08;
@@ -55,7 +55,7 @@ function range(panel) {
 }
 
 const short = (v) => (Number.isNaN(v) ? "–" : Math.abs(v) < 0.01 && v !== 0 ? v.toExponential(1) : Math.abs(v) < 10 ? v.toFixed(2) : v.toFixed(1));
-const curveColour = (curve) => (curve.robot === null ? { planned: "--soft", certified: "--ink", flown: "--accent" }[curve.style] : `--r${curve.robot % ROBOT_COLOURS}`);
+const curveColour = (curve) => (curve.flight !== undefined ? `--r${curve.flight % ROBOT_COLOURS}` : curve.robot === null ? { planned: "--soft", certified: "--ink", flown: "--accent" }[curve.style] : `--r${curve.robot % ROBOT_COLOURS}`);
 
 function drawPanel(context, panel, axis, width, top, height) {
   const [low, high] = panel.range;

@@ -35,7 +35,7 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "t0": float(t[0]),
         "dt": float(t[1] - t[0]),
         "n": len(t),
-        "flown": packed(_flown(analysis, t)),
+        "flown": packed(flown_positions(analysis, t)),
         "planned": packed(_planned(analysis, t)),
         "phases": phases(analysis),
         "marks": marks(analysis),
@@ -99,13 +99,15 @@ def _grid(analysis: FlightAnalysis, robots: int) -> Array:
     return begin + step * np.arange(max(2, int((end - begin) / step) + 1), dtype=np.float64)
 
 
-def _flown(analysis: FlightAnalysis, t: Array) -> Array:
+def flown_positions(analysis: FlightAnalysis, t: Array) -> Array:
     """(S, N, 3), the nearest sample in time, NaN where nobody saw the robot."""
     motion = analysis.motion
     if motion is None:
         return np.full((len(t), len(analysis.flight_plan.mission.robots), 3), np.nan)
-    nearest = np.clip(np.searchsorted(motion.t, t + zero_time(analysis) - 1e-9), 0, len(motion.t) - 1)
-    return motion.q[nearest]
+    at = t + zero_time(analysis)
+    nearest = np.clip(np.searchsorted(motion.t, at - 1e-9), 0, len(motion.t) - 1)
+    outside = (at < motion.t[0] - 1.0 / _RATE) | (at > motion.t[-1] + 1.0 / _RATE)
+    return np.where(outside[:, None, None], np.nan, motion.q[nearest])
 
 
 def _planned(analysis: FlightAnalysis, t: Array) -> Array:

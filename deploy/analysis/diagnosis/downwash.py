@@ -27,7 +27,8 @@ def downwash(e: Evidence) -> Iterator[Finding]:
 
 
 def _sunk(e: Evidence, upper: Tracking, lower: Tracking) -> Iterator[Finding]:
-    apart = (upper.reference + upper.deviation) - (lower.reference + lower.deviation)
+    # Measured from the height where the lower one should be: who falls out of the sky gets under everybody.
+    apart = (upper.reference + upper.deviation) - (lower.reference + lower.deviation * [1.0, 1.0, 0.0])
     aside, above = np.hypot(apart[:, 0], apart[:, 1]), apart[:, 2]
     with np.errstate(invalid="ignore"):
         under = (aside < _ASIDE) & (above > _BELOW[0]) & (above < _BELOW[1])
