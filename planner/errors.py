@@ -7,6 +7,8 @@
     ├── UnreachableError      a constraint no motion can meet; names it and the bound that proves it
     ├── NoFeasiblePlan        the search ended without a plan that meets every limit; carries the outcome
     ├── CertificateFailed     what would fly misses the mission's limits; carries the certificate
+    ├── FrontError            a Pareto front that cannot be made, read or picked from (planner/pareto/front.py)
+    ├── WeightSpaceError      more weightings than make sense, or maps that span no simplex (planner/pareto/simplex.py)
     ├── TransferError         no safe way to the starts or back (planner/transfer/errors.py)
     ├── TrajectoryError       polynomials or bytes that cannot be made or read (planner/trajectory/errors.py)
     ├── InterchangeError      what others planned is no search of this mission (planner/interchange/errors.py)

@@ -71,6 +71,7 @@ def summary(flight_plan: FlightPlan) -> dict[str, object]:
         "certified": flight_plan.certificate.passed,
         "ergodicity_plan": flight_plan.plan.ergodicity,
         "ergodicity_certified": found.ergodicity,
+        "ergodicity_by_map": _by_map(flight_plan),
         "probability_worst": found.probability_worst,
         "probability_mean": found.probability_mean,
         "connected_share": found.connected_share,
@@ -93,6 +94,7 @@ def print_plan(flight_plan: FlightPlan) -> None:
         ("ergodicity E of the plan", number(flight_plan.plan.ergodicity)),
         ("ergodicity E of the certified polynomials", number(found.ergodicity)),
     ]
+    rows += [(f"ergodicity E of the plan on {name}", number(E)) for name, E in _by_map(flight_plan).items()]
     if math.isfinite(found.probability_worst):
         rows.append(("connection probability, worst / mean", probabilities))
     if math.isfinite(found.connected_share):
@@ -113,6 +115,16 @@ def print_plan(flight_plan: FlightPlan) -> None:
             )
         )
     table(f"{mission.name}: plan", ("figure", "value"), rows)
+
+
+def _by_map(flight_plan: FlightPlan) -> dict[str, float]:
+    """The plan's ergodicity on each of several maps; nothing where there is one."""
+    from planner.pareto.front import Maps
+
+    maps = Maps.of(flight_plan.mission)
+    if len(maps.names) == 1:
+        return {}
+    return dict(zip(maps.names, map(float, maps.vector(flight_plan.plan.q[:-1])), strict=True))
 
 
 def print_violations(failure: NoFeasiblePlan) -> None:

@@ -45,7 +45,7 @@ const scatter = (() => {
   }
 
   function deep(context, width, height) {
-    const picked = [axis(0), axis(1), axis(2)], size = Math.min(width, height) * 0.62;
+    const picked = [axis(0), axis(1), axis(2)], size = Math.min(width, height) * 0.58;
     const scaled = points.map((p) => picked.map((m) => p.vector[m] / (worst[m] || 1)));
     yaw ??= widest(scaled);
     const project = (u) => {
