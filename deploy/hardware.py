@@ -58,6 +58,7 @@ def fly_hardware(
     mocap: Callable[[SystemClock], MocapSource | None],
     operator: Operator,
     observer: Callable[[FlightStatus], None] | None = None,
+    tap: Callable[[int, str, bytes], None] | None = None,
 ) -> tuple[FlightOutcome, Path]:
     """Fly a plan on real drones.
 
@@ -67,6 +68,7 @@ def fly_hardware(
         mocap: makes the motion capture on the flight's clock; returns None for on-board positioning.
         operator: who may end the flight.
         observer: told ten times a second how it goes.
+        tap: is told every record of the log, as ``FlightLog.tap``.
 
     Returns:
         How it ended, and the log (``<log_path>.part`` if the disk failed meanwhile).
@@ -74,7 +76,7 @@ def fly_hardware(
     Raises:
         LinkError: no radio, or no URIs. DeployError: as ``fly``.
     """
-    return _on_hardware(fly, flight_plan, log_path, mocap, operator, observer)
+    return _on_hardware(fly, flight_plan, log_path, mocap, operator, observer, tap)
 
 
 def check_hardware(
@@ -84,9 +86,10 @@ def check_hardware(
     mocap: Callable[[SystemClock], MocapSource | None],
     operator: Operator,
     observer: Callable[[FlightStatus], None] | None = None,
+    tap: Callable[[int, str, bytes], None] | None = None,
 ) -> tuple[PreflightReport, Path]:
     """Make every pre-flight check on real drones and fly nothing; as :func:`fly_hardware` else."""
-    return _on_hardware(check, flight_plan, log_path, mocap, operator, observer)
+    return _on_hardware(check, flight_plan, log_path, mocap, operator, observer, tap)
 
 
 class _Act(Protocol[T_co]):
@@ -113,6 +116,7 @@ def _on_hardware(
     mocap: Callable[[SystemClock], MocapSource | None],
     operator: Operator,
     observer: Callable[[FlightStatus], None] | None,
+    tap: Callable[[int, str, bytes], None] | None,
 ) -> tuple[T_co, Path]:
     uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
@@ -120,6 +124,7 @@ def _on_hardware(
     try:
         metadata = {**flight_plan.versions, "backend": "hardware"}
         with FlightLog(log_path, clock.epoch, attachments(flight_plan, uris), metadata) as log:
+            log.tap = tap
             result = act(
                 flight_plan,
                 uris=uris,

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from deploy.cli.flying import live_port
 
 if TYPE_CHECKING:
     from deploy.cli.types import Subparsers
@@ -19,11 +22,16 @@ def add_parser(commands: Subparsers) -> None:
         "source", metavar="MISSION-or-PLAN", type=Path, help="mission file (.yaml) or plan file (.mcap)"
     )
     parser.add_argument("-o", "--output", type=Path, help="folder for plan, log and report [default: out/<name>]")
-    parser.add_argument("--speed", type=_speed, default=None, help="times real time, or 'max' [default: max]")
+    parser.add_argument(
+        "--speed",
+        type=_speed,
+        help="times real time, or 'max' [default: max; 1 with --live, so that it can be watched]",
+    )
     parser.add_argument("--seed", type=int, help="seed of the simulation [default: the scenario's, else 0]")
     parser.add_argument(
         "--scenario", metavar="FAULTS", type=Path, help="what goes wrong, when and with whom (.yaml; see README)"
     )
+    live_port(parser)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
     parser.set_defaults(run=run)
 
@@ -59,15 +67,17 @@ def run(args: argparse.Namespace) -> int:
     for old in (log_path, part):
         old.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
     dead: HostDied | None = None
-    with watched() as (operator, observer):
+    speed = args.speed if args.speed is not None else math.inf if args.live is None else 1.0
+    with watched(flight_plan, live=args.live) as watch:
         try:
-            outcome, _ = rehearse(
+            outcome, log_path = rehearse(
                 flight_plan,
                 log_path=log_path,
                 seed=seed,
-                speed=args.speed,
-                operator=operator,
-                observer=observer,
+                speed=speed if math.isfinite(speed) else None,
+                operator=watch.operator,
+                observer=watch.observer,
+                tap=watch.tap,
                 scenario=scenario,
             )
         except HostDied as error:
@@ -81,10 +91,10 @@ def run(args: argparse.Namespace) -> int:
     return max(print_analysis(analysis, target, as_json=args.json), int(dead is not None))
 
 
-def _speed(text: str) -> float | None:
-    """'max' or a positive number."""
+def _speed(text: str) -> float:
+    """A positive number; 'max' is infinite."""
     if text == "max":
-        return None
+        return math.inf
     try:
         value = float(text)
     except ValueError:

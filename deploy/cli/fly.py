@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from deploy.cli.flying import live_port
+
 if TYPE_CHECKING:
     from deploy.cli.types import Subparsers
     from deploy.clock import SystemClock
@@ -36,6 +38,7 @@ def add_parser(commands: Subparsers) -> None:
     parser.add_argument(
         "--control", type=int, metavar="PORT", help="port of this computer for 'ergoflie control' [default: none]"
     )
+    live_port(parser)
     parser.add_argument("--yes", action="store_true", help="do not ask before take-off")
     parser.set_defaults(run=run)
 
@@ -61,16 +64,12 @@ def run(args: argparse.Namespace) -> int:
     stamp = datetime.datetime.now(datetime.UTC).strftime("%Y%m%dT%H%M%SZ")
     log_path = args.output / f"{stamp}_{flight_plan.mission.name}.mcap"
     if args.check_only:
-        with watched() as (operator, observer):
-            report, _ = check_hardware(
-                flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
-            )
+        with watched(flight_plan, live=args.live) as watch:
+            report, _ = check_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
         return print_preflight(report.checks)
     try:
-        with watched(args.control) as (operator, observer):
-            outcome, log_path = fly_hardware(
-                flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
-            )
+        with watched(flight_plan, control=args.control, live=args.live) as watch:
+            outcome, log_path = fly_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
     except PreflightError as error:
         return print_preflight(error.checks)
     print_outcome(outcome)

@@ -1,67 +1,83 @@
-"""A flight as the command line shows it: one live line, Ctrl-C as the operator."""
+"""A flight as the command line shows it, with Ctrl-C as the operator."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, NamedTuple
 
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from deploy.cli.console import err, out, table
 
 if TYPE_CHECKING:
+    import argparse
+
     from deploy.flight.records import FlightOutcome, FlightStatus
     from deploy.operator import Operator
     from deploy.preflight import PreflightCheck
     from deploy.scenario.killed import HostDied
+    from planner.flightplan import FlightPlan
 
 HINT = "Ctrl-C lands everybody; twice stops the motors"
 KEYS_HINT = "keys: l land, h hold, a abort to the pads, X stop the motors; Ctrl-C lands, twice stops"
 
 
+class Watch(NamedTuple):
+    """Who watches a flight: the operator's voice, the observer, and who is told every record (``FlightLog.tap``)."""
+
+    operator: Operator
+    observer: Callable[[FlightStatus], None]
+    tap: Callable[[int, str, bytes], None] | None
+
+
 @contextmanager
-def watched(control: int | None = None) -> Iterator[tuple[Operator, Callable[[FlightStatus], None]]]:
+def watched(flight_plan: FlightPlan, *, control: int | None = None, live: int | None = None) -> Iterator[Watch]:
     """While inside, the terminal shows the flight; Ctrl-C, keys and a socket are the operator's voice.
 
     Args:
+        flight_plan: what flies.
         control: port of this computer to listen at; None: no socket.
+        live: port of this computer to show the flight at; None: nowhere but on the terminal.
 
     Raises:
-        DeployError: the port is taken.
+        DeployError: a port is taken.
     """
+    from deploy.cli.dashboard import dashboard
     from deploy.cli.keys import keys
     from deploy.control import listening
+    from deploy.live import live as serving
     from deploy.operator import interrupts
 
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description:<14}"),
-        BarColumn(bar_width=24),
-        TextColumn("{task.fields[state]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with (
-        interrupts() as operator,
-        nullcontext() if control is None else listening(control, operator),
-        Progress(*columns, console=err, transient=True) as bar,
-        keys(operator.say) as keyboard,
-    ):
-        task = bar.add_task("connecting", total=None, state=KEYS_HINT if keyboard else HINT)
+    with ExitStack() as inside:
+        operator = inside.enter_context(interrupts())
+        if control is not None:
+            inside.enter_context(listening(control, operator))
+        page = None if live is None else inside.enter_context(serving(flight_plan, live))
+        hint = KEYS_HINT if inside.enter_context(keys(operator.say)) else HINT
+        if page is not None:
+            err.print(f"live: {page.url}", markup=False, soft_wrap=True)
+        board = inside.enter_context(dashboard(err, hint))
 
         def observe(status: FlightStatus) -> None:
-            searching = math.isfinite(status.mission_time)
-            bar.update(
-                task,
-                description=status.phase.value,
-                total=status.duration if searching else None,
-                completed=max(status.mission_time, 0.0) if searching else 0.0,
-                state=_state(status),
-            )
+            board(status)
+            if page is not None:
+                page.frames.show(status)
 
-        yield operator, observe
+        yield Watch(operator, observe, page.topics.record if page is not None else None)
+
+
+def live_port(parser: argparse.ArgumentParser) -> None:
+    """Add ``--live [PORT]``."""
+    parser.add_argument(
+        "--live",
+        type=int,
+        nargs="?",
+        const=8765,
+        metavar="PORT",
+        help="show the flight in a browser and in Foxglove, at this port of this computer only [port: 8765]",
+    )
 
 
 def print_preflight(checks: Sequence[PreflightCheck]) -> int:
@@ -99,21 +115,3 @@ def print_death(dead: HostDied) -> None:
     err.print(f"the host's process was killed at {dead.t:.2f} s; nobody talked to the drones any more:", markup=False)
     for line in dead.after:
         err.print(f"  {line}", markup=False)
-
-
-def _state(status: FlightStatus) -> str:
-    """The worst of every figure over the swarm, in one line."""
-
-    def worst(values: list[float], pick: Callable[[list[float]], float]) -> float:
-        known = [value for value in values if math.isfinite(value)]
-        return pick(known) if known else math.nan
-
-    error = worst([robot.error for robot in status.robots], max)
-    volts = worst([robot.voltage for robot in status.robots], min)
-    latency = worst([robot.latency for robot in status.robots], max)
-    parts = [f"t {status.t:5.1f} s"]
-    parts += [f"error {error * 100:.1f} cm"] if math.isfinite(error) else []
-    parts += [f"battery {volts:.2f} V"] if math.isfinite(volts) else []
-    parts += [f"link {latency:.0f} ms"] if math.isfinite(latency) else []
-    parts += [f"{robot.name}: {robot.note}" for robot in status.robots if robot.note]
-    return "  ".join(parts)

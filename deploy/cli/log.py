@@ -24,9 +24,7 @@ def add_parser(commands: Subparsers) -> None:
     export.add_argument("log", type=Path, help="flight log (.mcap, also an unfinished .mcap.part)")
     export.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder for the tables")
     export.add_argument("--format", choices=["csv", "parquet"], default="csv", help="[default: csv]")
-    export.add_argument(
-        "--topics", metavar="TOPIC", nargs="+", default=[], help="names or patterns, e.g. '/cf1/*' [default: all]"
-    )
+    export.add_argument("--topics", metavar="TOPIC", nargs="+", help="names or patterns, e.g. '/cf1/*' [default: all]")
     export.set_defaults(run=_export)
     recover = own.add_parser("recover", help="a complete log of what is intact in one that was cut or damaged")
     recover.add_argument("log", type=Path, help="damaged or unfinished log; it stays as it is")
@@ -35,7 +33,7 @@ def add_parser(commands: Subparsers) -> None:
     layout = own.add_parser("layout", help="a layout file for Foxglove and Lichtblick")
     layout.add_argument("file", type=Path, nargs="?", help="plan or log whose robots it is for [default: cf1 … cf4]")
     layout.add_argument(
-        "-o", "--output", type=Path, default=Path("ergoflie.layout.json"), help="[default: %(default)s]"
+        "-o", "--output", type=Path, default=Path("ergoflie.layout.json"), help="[default: ergoflie.layout.json]"
     )
     layout.set_defaults(run=_layout)
     topics = own.add_parser("topics", help="the table of all topics: schema, unit, frame, clock, rate")
@@ -92,7 +90,7 @@ def _export(args: argparse.Namespace) -> int:
     from deploy.flightlog.export import export
     from deploy.flightlog.reader import read_log
 
-    for path, rows in export(read_log(args.log), args.output, args.format, args.topics):
+    for path, rows in export(read_log(args.log), args.output, args.format, args.topics or ()):
         out.print(f"{path}: {rows} rows", markup=False, soft_wrap=True)
     return 0
 

@@ -271,10 +271,30 @@ class Flight:
         for name, drone in self.fleet.items():
             position, target = self.position(name), self.reference(name, now)
             error = math.dist(position, target) if position and target else math.nan
-            voltage = drone.status.voltage if drone.status else math.nan
-            robots.append(RobotStatus(name, position, error, voltage, drone.link.latency, self.notes[name]))
+            said, link = drone.status, drone.link
+            robots.append(
+                RobotStatus(
+                    name=name,
+                    position=position,
+                    error=error,
+                    voltage=said.voltage if said else math.nan,
+                    latency=link.latency,
+                    note=self.notes[name] or link.lost,
+                    target=target,
+                    state=said.supervisor.word if said else "",
+                    level=said.level if said else math.nan,
+                    quality=link.quality,
+                )
+            )
         return FlightStatus(
-            now, self.phases.now, now - self.search.start, self.duration, tuple(robots), self.journal.message
+            t=now,
+            phase=self.phases.now,
+            mission_time=now - self.search.start,
+            duration=self.duration,
+            robots=tuple(robots),
+            message=self.journal.message,
+            ergodicity=self.picture.ergodicity,
+            certified=self.plan.certificate.indicators.ergodicity,
         )
 
     # ------------------------------------------------------------------------------------------------ commands

@@ -40,6 +40,8 @@ class RobotStatus:
         error: distance to where it should be [m]; NaN outside the mission.
         voltage: battery [V]. latency: of the link [ms]. NaN while unknown.
         note: what is wrong with it; empty if nothing is.
+        target: where the certified trajectory is [m]; None outside the mission.
+        state: what its supervisor says; empty while unknown. level: of the battery [%]. quality: of the link [%].
     """
 
     name: str
@@ -48,6 +50,10 @@ class RobotStatus:
     voltage: float
     latency: float
     note: str = ""
+    target: Vec3 | None = None
+    state: str = ""
+    level: float = math.nan
+    quality: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,7 @@ class FlightStatus:
         t: flight clock [s]. phase: where the flight is.
         mission_time: time since the search began [s]; NaN before. duration: length of the search [s].
         robots: in the mission's order. message: newest event.
+        ergodicity: E of everything flown since the search began; NaN before. certified: of the bytes, at its end.
     """
 
     t: float
@@ -66,6 +73,8 @@ class FlightStatus:
     duration: float
     robots: tuple[RobotStatus, ...]
     message: str = ""
+    ergodicity: float = math.nan
+    certified: float = math.nan
 
 
 @dataclass(frozen=True)

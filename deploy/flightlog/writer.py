@@ -29,9 +29,15 @@ class FlightLog:
         when_full: what :meth:`write` does when the disk cannot keep up: ``drop`` the record and count it (a flight
             must not wait), or ``wait`` (a rehearsal can).
 
+    Attributes:
+        path: the log that is asked for.
+        tap: is told every record, ``tap(ns since the Unix epoch, topic, JSON)``; must return quickly.
+
     Raises:
         LogFileError: the file exists, the folder cannot be written, or the disk is nearly full.
     """
+
+    tap: Callable[[int, str, bytes], None] | None = None
 
     def __init__(
         self,
@@ -187,6 +193,8 @@ class FlightLog:
     def _put(self, topic: str, time: int, data: bytes) -> None:
         find_topic(topic)
         self._recorder.put((time, topic, data))
+        if self.tap is not None:
+            self.tap(time, topic, data)
 
     def _nanoseconds(self, t: float) -> int:
         # Added as integers: a double holding today's Unix time resolves no better than 0.2 µs.

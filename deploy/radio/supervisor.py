@@ -98,5 +98,10 @@ class Supervisor:
         """Names of the bits that are set."""
         return tuple(name for bit, name in enumerate(BITS) if self._bit(bit))
 
+    @property
+    def word(self) -> str:
+        """The state in a word or two, for a person in a hurry."""
+        return self.fault or ("flying" if self.flying else "ready" if self.ready else "on the ground")
+
     def __str__(self) -> str:
         return f"0x{self.bits:04X} ({', '.join(self.names) or 'nothing'})"
