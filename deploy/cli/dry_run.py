@@ -38,11 +38,13 @@ def add_parser(commands: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan if need be, rehearse, report."""
-    from deploy.cli.flying import print_death, print_outcome, watched
+    from deploy.cli.flying import print_called_off, print_death, print_outcome, watched
     from deploy.cli.planning import plan_mission, print_plan
     from deploy.cli.reporting import print_analysis, write_report
+    from deploy.errors import FlightAborted, PreflightError
     from deploy.flightlog.reader import read_log
     from deploy.planfile import read_plan, write_plan
+    from deploy.radio.fleet import FleetError
     from deploy.rehearsal import rehearse
     from deploy.scenario.killed import HostDied
     from deploy.scenario.load import load_scenario
@@ -67,8 +69,13 @@ def run(args: argparse.Namespace) -> int:
     for old in (log_path, part):
         old.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
     dead: HostDied | None = None
+<<<<<<< Updated upstream
     speed = args.speed if args.speed is not None else math.inf if args.live is None else 1.0
     with watched(flight_plan, live=args.live) as watch:
+=======
+    called_off: FlightAborted | FleetError | PreflightError | None = None
+    with watched() as (operator, observer):
+>>>>>>> Stashed changes
         try:
             outcome, log_path = rehearse(
                 flight_plan,
@@ -82,6 +89,10 @@ def run(args: argparse.Namespace) -> int:
             )
         except HostDied as error:
             dead, log_path = error, part
+        except (FlightAborted, FleetError, PreflightError) as error:
+            called_off = error
+    if called_off is not None:
+        return print_called_off(called_off)
     if dead is None:
         print_outcome(outcome)
     else:

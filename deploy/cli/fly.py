@@ -46,13 +46,14 @@ def add_parser(commands: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Check plan and radio, ask, fly, report."""
     from deploy.cli.console import fail
-    from deploy.cli.flying import print_outcome, print_preflight, watched
+    from deploy.cli.flying import print_called_off, print_outcome, print_preflight, watched
     from deploy.cli.planning import print_plan
     from deploy.cli.reporting import print_analysis, write_report
-    from deploy.errors import PreflightError
+    from deploy.errors import FlightAborted, PreflightError
     from deploy.flightlog.reader import read_log
     from deploy.hardware import check_hardware, fly_hardware, prepare_links
     from deploy.planfile import read_plan
+    from deploy.radio.fleet import FleetError
 
     flight_plan = read_plan(args.plan)
     prepare_links(flight_plan.mission)
@@ -68,10 +69,19 @@ def run(args: argparse.Namespace) -> int:
             report, _ = check_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
         return print_preflight(report.checks)
     try:
+<<<<<<< Updated upstream
         with watched(flight_plan, control=args.control, live=args.live) as watch:
             outcome, log_path = fly_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
     except PreflightError as error:
         return print_preflight(error.checks)
+=======
+        with watched(args.control) as (operator, observer):
+            outcome, log_path = fly_hardware(
+                flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
+            )
+    except (FlightAborted, FleetError, PreflightError) as error:
+        return print_called_off(error)
+>>>>>>> Stashed changes
     print_outcome(outcome)
     target = log_path.with_suffix(".html")
     return print_analysis(write_report(read_log(log_path), target), target, as_json=False)

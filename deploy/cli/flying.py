@@ -12,8 +12,12 @@ from rich.markup import escape
 from deploy.cli.console import err, out, table
 
 if TYPE_CHECKING:
+<<<<<<< Updated upstream
     import argparse
 
+=======
+    from deploy.errors import DeployError
+>>>>>>> Stashed changes
     from deploy.flight.records import FlightOutcome, FlightStatus
     from deploy.operator import Operator
     from deploy.preflight import PreflightCheck
@@ -90,6 +94,16 @@ def print_preflight(checks: Sequence[PreflightCheck]) -> int:
     failed = sum(check.result == "failure" for check in checks)
     out.print(f"{failed} of {len(checks)} checks failed" if failed else f"all {len(checks)} checks passed")
     return int(failed > 0)
+
+
+def print_called_off(error: DeployError) -> int:
+    """Why nobody took off; returns the exit code."""
+    from deploy.errors import PreflightError
+
+    if isinstance(error, PreflightError):
+        return print_preflight(error.checks)
+    err.print(f"nobody took off: {error}", markup=False)
+    return 1
 
 
 def print_outcome(outcome: FlightOutcome) -> None:

@@ -5,7 +5,10 @@
     records.py      what the flight tells its observer and its caller
     poses.py        motion capture to drones
     journal.py      telemetry to the flight log
+    courses.py      where everybody should be
     watch.py        what may not happen in flight
+    lookout.py      what the watch is told, and what its findings lead to
+    rescue.py       lost links, opened again
     reactions.py    what follows when it does: the mission's policies
     timing.py       how prompt commands and reactions are
     keepalive.py    the firmware's watchdog, for the day this computer dies

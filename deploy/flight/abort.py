@@ -13,7 +13,8 @@ from deploy.flight.landing import may_fall, with_those_below
 from deploy.flight.loop import Flight, Vec3
 from deploy.flight.passages import fly
 from deploy.flight.reactions import Reaction
-from deploy.flight.stops import Moving, Space, Stops, stop
+from deploy.flight.reference import Way
+from deploy.flight.stops import LONGEST, Moving, Space, Stops, stop
 from deploy.flight.touchdown import OFF_THE_GROUND, height, land_in_turn, put_to_rest
 from deploy.phases import Phase
 from deploy.radio import highlevel
@@ -25,8 +26,10 @@ from planner.transfers import Passage
 Planner = Callable[[Mission, Mapping[str, Vec3], Collection[str]], Passage]
 
 _ON_PLAN = 0.15  # m between reference and telemetered setpoint
+_LATECOMERS = 8.0  # s that are given to lost links when everybody else is down
 _CALM = 0.5  # s of hover between braking and landing
-_INSTANT = 0.01  # s; differences of velocities over it are accelerations
+_LONGEST_FALL = 2.0  # s: from 20 m
+_INSTANT = 0.01  # s; differences over it are velocities and accelerations
 
 
 def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
@@ -35,8 +38,7 @@ def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
     Landing from motion would stop with a jerk (the commander plans landings from rest), so everybody brakes first.
     """
     flight.watching = False
-    searching = flight.phases.now in (Phase.ON_MISSION, Phase.HOLDING) and flight.search.begun
-    if flight.phases.now is not Phase.LANDING:
+    if flight.phases.now not in (Phase.LANDING, Phase.ABORTING):  # ABORTING: a bug on the way down
         flight.enter(Phase.ABORTING)
     flight.event("abort", f"{reaction} ({reaction.policy})", level="fault")
     if reaction.policy == "stop_motors":
@@ -46,7 +48,8 @@ def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
     flight.command({name: highlevel.stop() for name in grounded}, patience=0.3)
     down: dict[str, bool] = {}
     if flying and flight.phases.now is Phase.ABORTING:
-        _brake(flight, flying, searching, reaction.since)
+        _brake(flight, flying, reaction.since)
+        flight.on_return = lambda name: _halt(flight, name)
         if reaction.policy == "hold":
             reaction = _hold(flight)
         if reaction.policy == "land_here":
@@ -54,7 +57,8 @@ def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
         rest = [name for name in flying if name not in down]
         if rest and not (reaction.policy in ("return", "land_here") and _over_the_pads(flight, rest)):
             _step_aside(flight, rest)
-    landed = put_to_rest(flight, down | land_in_turn(flight, [name for name in flight.alive if name not in down]))
+    down |= land_in_turn(flight, [name for name in flight.alive if name not in down])
+    landed = put_to_rest(flight, down | _land_latecomers(flight, down))
     flight.enter(Phase.ABORTED)
     return landed
 
@@ -65,17 +69,20 @@ def stop_motors(flight: Flight) -> None:
     flight.watching = False
     flight.enter(Phase.EMERGENCY)
     flight.event("emergency", "the operator stopped the motors", level="fault")
-    flight.wait(0.5)
+    # To the ground: the log is to show where they fell.
+    flight.wait_until(lambda: all(height(flight, n) < OFF_THE_GROUND for n in flight.alive), _LONGEST_FALL)
+    flight.wait(_CALM)
 
 
 # ---------------------------------------------------------------------------------------------------- stopping
 
 
-def _brake(flight: Flight, names: Collection[str], searching: bool, since: float) -> None:
+def _brake(flight: Flight, names: Collection[str], since: float) -> None:
     """Everybody to a stop in the same time; measures how long after ``since`` they heard."""
-    stops = _stops(flight, names, searching)
+    stops = _stops(flight, names)
     commands = {
-        name: highlevel.go_to(target, _yaw(flight, name), stops.duration) for name, target in stops.targets.items()
+        name: highlevel.go_to(target, _yaw(flight, name), stops.durations[name])
+        for name, target in stops.targets.items()
     }
     if refused := flight.refusals(flight.command(commands, patience=0.5)):
         flight.event("brake", refused, level="warning")
@@ -83,14 +90,44 @@ def _brake(flight: Flight, names: Collection[str], searching: bool, since: float
         flight.timing.reaction = taken = flight.clock.now() - since
         text = f"everybody told to brake {taken * 1000:.0f} ms after the first sign"
         flight.event("reaction", text, value=taken)
+    now = flight.clock.now()
+    for name, target in stops.targets.items():  # whoever is lost from here on is expected there
+        here = flight.position(name) or target
+        flight.courses.ways[name] = Way(here, target, now, stops.durations[name])
     for name, way in stops.moved.items():
         flight.event("brake", f"waits {way:.2f} m beside where it would have stopped", robot=name, level="warning")
-    flight.wait(stops.duration + _CALM)
+    flight.wait(max(stops.durations.values(), default=0.0) + _CALM)
 
 
-def _stops(flight: Flight, names: Collection[str], searching: bool) -> Stops:
+def _halt(flight: Flight, name: str) -> None:
+    """Tell one whose link is back to stop, too; what it answers is seen when it is told to land."""
+    if height(flight, name) <= OFF_THE_GROUND:
+        return
+    stops = _stops(flight, [name])
+    target, duration = stops.targets[name], stops.durations[name]
+    flight.fleet[name].send(highlevel.go_to(target, _yaw(flight, name), duration))
+    flight.courses.ways[name] = Way(flight.position(name) or target, target, flight.clock.now(), duration)
+
+
+def _land_latecomers(flight: Flight, down: Mapping[str, bool]) -> dict[str, bool]:
+    """Everybody else is down: land those who fly somewhere and come back within a while. Who is known to be down."""
+    later: dict[str, bool] = {}
+    end = flight.clock.now() + _LATECOMERS
+    while flight.clock.now() < end and (flight.strays() or _back(flight, {**down, **later})):
+        flight.tick()
+        if back := _back(flight, {**down, **later}):
+            flight.wait(LONGEST + _CALM)  # to a stop
+            later |= land_in_turn(flight, back)
+    return later
+
+
+def _back(flight: Flight, down: Mapping[str, bool]) -> list[str]:
+    return [name for name in flight.alive if name not in down]
+
+
+def _stops(flight: Flight, names: Collection[str]) -> Stops:
     strays = flight.strays()
-    drones = {name: _moving(flight, name, searching) for name in flight.fleet if name in names}
+    drones = {name: _moving(flight, name) for name in names}
     for name, later in strays.items():
         drones[name] = Moving(later(0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), later, told=False)
     ordered = {name: drones[name] for name in flight.fleet if name in drones}
@@ -103,18 +140,17 @@ def _stops(flight: Flight, names: Collection[str], searching: bool) -> Stops:
     return stop(ordered, Space.of(mission, flight.ground), after=after, clear=clear)
 
 
-def _moving(flight: Flight, name: str, searching: bool) -> Moving:
+def _moving(flight: Flight, name: str) -> Moving:
     """What the commander asks of a drone now, and where that leads: where a new move begins."""
     target, now = flight.fleet[name].target, flight.clock.now()
-    if searching:
-        reference = flight.reference_at(name, now)
-        # Telemetry is a little old, the reference is not; but a drone may be flying something else.
-        if target is None or math.dist(target.position, reference) <= _ON_PLAN:
-            velocity = flight.velocity_reference(name, now)
-            soon = flight.velocity_reference(name, now + _INSTANT)
-            x, y, z = ((after - before) / _INSTANT for before, after in zip(velocity, soon, strict=True))
-            return Moving(reference, velocity, (x, y, z), lambda t: flight.reference_at(name, now + t))
-    position, velocity = flight.position(name) or flight.start_of(name), (0.0, 0.0, 0.0)
+    before, here, soon = (flight.courses.at(name, now + dt) for dt in (-_INSTANT, 0.0, _INSTANT))
+    # Telemetry is a little old, the course is not; but a drone may be flying something else.
+    if before and here and soon and (target is None or math.dist(target.position, here) <= _ON_PLAN):
+        u, v, w = ((b - a) / (2.0 * _INSTANT) for a, b in zip(before, soon, strict=True))
+        x, y, z = ((b - 2.0 * p + a) / _INSTANT**2 for a, p, b in zip(before, here, soon, strict=True))
+        later = lambda t: flight.courses.at(name, now + t) or here  # noqa: E731
+        return Moving(here, (u, v, w), (x, y, z), later, left=flight.courses.left(name, now))
+    position, velocity = flight.position(name) or flight.courses.start(name), (0.0, 0.0, 0.0)
     if target is not None:
         position, velocity = target.position, target.velocity
     return Moving(position, velocity, (0.0, 0.0, 0.0), lambda t: _straight(position, velocity, t))

@@ -125,6 +125,25 @@ def load(flight: Flight, names: Names) -> Failures:
     return flight.fleet.attempt(lambda drone: upload(drone, trajectories[drone.name]), flight.tick, among=names)[1]
 
 
+def still_fine(flight: Flight) -> dict[str, str]:
+    """Look again right before take-off, for as long as it may pass; returns who fails what.
+
+    Uploads take a while: somebody may have been moved, covered, swapped or switched off since the checks.
+    """
+
+    def failing() -> dict[str, str]:
+        found = {}
+        for name, drone in flight.fleet.items():
+            failed = [check for check in judge(flight, name) if check.result == "failure"]
+            if drone.lost or failed:
+                reasons = [f"{check.name}: {check.value}" for check in failed]
+                found[name] = f"link lost: {drone.lost}" if drone.lost else "; ".join(reasons)
+        return found
+
+    flight.wait_until(lambda: not failing(), TABLE[Phase.UPLOADED].allowance)
+    return failing()
+
+
 def arm(flight: Flight) -> dict[str, str]:
     """Arm those that do not arm themselves and wait until all are ready; returns who is not, and why.
 

@@ -207,13 +207,13 @@ class Chains:
             robot.name: Chain(
                 flight.fleet[robot.name],
                 flight.plan.trajectories[robot.name],
-                flight.timelines[robot.name],
-                flight.search.start,
+                flight.courses.timelines[robot.name],
+                flight.courses.search.start,
                 mission,
                 rate,
             )
             for robot, rate in zip(mission.robots, rates, strict=True)
-            if flight.timelines[robot.name].legs > 1
+            if flight.courses.timelines[robot.name].legs > 1
         }
         for name, chain in self._chains.items():
             self._tell(name, 0, chain.timeline.latest - chain.due(0))

@@ -10,22 +10,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
-import numpy as np
-
 from deploy.aside import Aside
 from deploy.clock import Clock
+from deploy.flight.courses import Courses
 from deploy.flight.journal import Journal, Level
+from deploy.flight.lookout import Lookout
 from deploy.flight.picture import Picture
 from deploy.flight.poses import Poses
-from deploy.flight.reactions import Reaction, policy_for, strongest
+from deploy.flight.reactions import Reaction
 from deploy.flight.records import FlightStatus, Ready, RobotStatus
-from deploy.flight.reference import Reference
+from deploy.flight.rescue import Rescue
 from deploy.flight.timing import Timing
-from deploy.flight.watch import AHEAD, Finding, Limits, Seen, Watch, ahead, tilt
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
 from deploy.phases import Phase, Phases
@@ -34,12 +32,9 @@ from deploy.radio.fleet import Fleet
 from deploy.radio.requests import Reply, Request
 from missions.radio import pose_rates
 from mocap.errors import MocapError
-from mocap.gate import Incident
 from mocap.setup import in_world
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
-from planner.trajectory.encode import decode
-from planner.trajectory.timeline import Timeline
 
 T = TypeVar("T")
 Vec3 = tuple[float, float, float]
@@ -54,19 +49,6 @@ class EmergencyStop(Exception):
     """The operator stopped the motors."""
 
 
-@dataclass
-class Search:
-    """The search, once it has begun: its start by flight clock [s], the spread of starts [s]."""
-
-    start: float = math.nan
-    skew: float = math.nan
-
-    @property
-    def begun(self) -> bool:
-        """Whether trajectories were started."""
-        return not math.isnan(self.start)
-
-
 class Flight:
     """A flight in progress.
 
@@ -77,13 +59,13 @@ class Flight:
 
     Attributes:
         phases: where the flight is. journal: what happened. poses: where everybody is.
-        references: certified trajectories, decoded from the bytes. timelines: where in them robots are.
-        largest_error: [m], by robot.
+        courses: where everybody should be. lookout: what the watch is told.
         watching: whether findings of the watch end the mission now. notes: what is wrong, by robot.
         ground: height of the pads [m].
         ready: what drones said of themselves when they were connected.
         left_behind: who did not take off, and why.
         turned: when the loop turned last [s]. timing: delays. picture: what those who watch see.
+        on_return: called with a robot whose lost link is back, in flight.
     """
 
     def __init__(
@@ -98,23 +80,21 @@ class Flight:
     ) -> None:
         mission = plan.mission
         self.plan, self.fleet, self.clock, self.operator = plan, fleet, clock, operator
-        self.phases, self.journal, self.search = Phases(), Journal(log), Search()
+        self.phases, self.journal = Phases(), Journal(log)
+        self.courses = Courses(plan.trajectories)
         bodies = {robot.name: robot.rigid_body or robot.name for robot in mission.robots}
         source = None if mocap is None else in_world(mocap, mission, self.reference)
         self.poses = Poses(source, bodies, pose_rates(mission), fleet, log)
-        self.references = {name: decode(encoded) for name, encoded in plan.trajectories.items()}
-        self._points = {name: Reference(trajectory) for name, trajectory in self.references.items()}
-        self.timelines = {name: Timeline.of(encoded) for name, encoded in plan.trajectories.items()}
-        self.duration = max(reference.duration for reference in self.references.values())
-        self.largest_error = dict.fromkeys(fleet, 0.0)
+        self.lookout = Lookout(mission, fleet, self.poses, self.courses, self._tell)
         self.watching = False
         self.notes = dict.fromkeys(fleet, "")
         self.ground = 0.0
         self.ready: dict[str, Ready] = {}
         self.left_behind: dict[str, str] = {}
         self.turned, self.timing = clock.now(), Timing()
-        self.picture = Picture(log, plan, self.references, clock.now())
-        self._watch = Watch(Limits.of(mission))
+        self.picture = Picture(log, plan, self.courses.references, clock.now())
+        self.on_return: Callable[[str], None] = lambda robot: None
+        self._rescue = Rescue(fleet, clock, mission.flight.log_rate)
         self._observer = observer
         self._turns = itertools.count()
         self._reference_due = math.inf
@@ -144,10 +124,10 @@ class Flight:
         for name in leaving:
             self.fleet.leave_behind(name)
             self.poses.send_no_more(name)
-            for record in (self.references, self._points, self.timelines, self.largest_error, self.notes):
+            self.courses.forget(name)
+            for record in (self.lookout.largest_error, self.notes):
                 record.pop(name)
-        self.duration = max(reference.duration for reference in self.references.values())
-        self.picture = Picture(self.journal.log, plan, self.references, self.clock.now())
+        self.picture = Picture(self.journal.log, plan, self.courses.references, self.clock.now())
 
     # ------------------------------------------------------------------------------------------------ time
 
@@ -226,38 +206,21 @@ class Flight:
 
     def _astray(self, name: str, now: float, later: float) -> Vec3:
         located = self.poses.located(name)
-        if located is None or not self.search.begun:
-            return self.position(name) or self.start_of(name)
-        seen, then, there = (
-            located.pose.position,
-            self.reference_at(name, located.t),
-            self.reference_at(name, now + later),
-        )
-        x, y, z = (p + b - a for p, a, b in zip(seen, then, there, strict=True))
+        then = self.courses.at(name, now if located is None else located.t)
+        there = self.courses.at(name, now + later)
+        if located is None or then is None or there is None:
+            return self.position(name) or self.courses.start(name)
+        x, y, z = (p + b - a for p, a, b in zip(located.pose.position, then, there, strict=True))
         return x, y, z
-
-    def start_of(self, robot: str) -> Vec3:
-        """First point of a robot's trajectory [m]."""
-        return self._point(robot, 0.0)
 
     def reference(self, robot: str, now: float) -> Vec3 | None:
         """Where the certified trajectory is at a flight time [m]; None outside the search and the hover after it."""
-        if not self.search.begun or self.phases.now not in (Phase.ON_MISSION, Phase.HOLDING):
-            return None
-        return self.reference_at(robot, now)
+        return self.courses.reference(robot, now) if self.searching else None
 
-    def reference_at(self, robot: str, now: float) -> Vec3:
-        """Where the certified trajectory is at a flight time after its start [m]."""
-        return self._point(robot, self.timelines[robot].at(now))
-
-    def velocity_reference(self, robot: str, now: float) -> Vec3:
-        """Velocity of the certified trajectory [m/s]; zero before and after it, and while a leg holds its end."""
-        timeline = self.timelines[robot]
-        return (0.0, 0.0, 0.0) if timeline.holds(now) else self._points[robot].velocity(timeline.at(now))
-
-    def yaw_at_start(self, robot: str) -> float:
-        """Heading at the first point of a robot's trajectory [rad]."""
-        return float(self.references[robot].evaluate(np.array([0.0]))[0, 3])
+    @property
+    def searching(self) -> bool:
+        """Whether trajectories are followed, or their ends kept."""
+        return self.courses.search.begun and self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
 
     def note_ground(self) -> None:
         """Remember the height of the pads: where the drones stand now."""
@@ -287,6 +250,7 @@ class Flight:
                 )
             )
         return FlightStatus(
+<<<<<<< Updated upstream
             t=now,
             phase=self.phases.now,
             mission_time=now - self.search.start,
@@ -295,6 +259,14 @@ class Flight:
             message=self.journal.message,
             ergodicity=self.picture.ergodicity,
             certified=self.plan.certificate.indicators.ergodicity,
+=======
+            now,
+            self.phases.now,
+            now - self.courses.search.start,
+            self.courses.duration,
+            tuple(robots),
+            self.journal.message,
+>>>>>>> Stashed changes
         )
 
     # ------------------------------------------------------------------------------------------------ commands
@@ -349,9 +321,6 @@ class Flight:
             return self.fleet[name].send(reply.request), code
         return reply, code
 
-    def _point(self, robot: str, t: float) -> Vec3:
-        return self._points[robot].position(t)
-
     def _asked(self) -> Reaction | None:
         """What the operator wants; to land whatever else is under way, to hold or go back once."""
         if self.operator.land_requested():
@@ -367,7 +336,7 @@ class Flight:
     def _sense(self, now: float, look: bool) -> Reaction | None:
         """Poses, telemetry, watch; returns how the flight has to end, if it has to."""
         try:
-            reaction = self._odd(self.poses.pump(now))
+            reaction = self.lookout.odd(now, self.poses.pump(now))
         except MocapError as error:
             reaction = Reaction(f"motion capture: {error}")
         for name, drone in self.fleet.items():
@@ -375,20 +344,11 @@ class Flight:
                 self.journal.telemetry(name, record)
         self._record_references(now)
         if self.phases.airborne:
-            return (self._look(now) if look else None) or reaction
+            for name, silent in self._rescue.turn(now).items():
+                self.event("link", f"back after {silent:.1f} s", robot=name, level="warning", value=silent)
+                self.on_return(name)
+            return (self.lookout.look(now, self.searching) if look else None) or reaction
         return self._lost_on_the_ground() or reaction
-
-    def _odd(self, incidents: Collection[Incident]) -> Reaction | None:
-        """Write down what is odd about motion capture; what changed names leads to is the mission's to say."""
-        policy, swaps = self.plan.mission.safety.identity, [item for item in incidents if item.kind == "swap"]
-        for incident in incidents:
-            level: Level = "info" if incident.kind == "again" else "warning"
-            who = "–".join(incident.robots) if len(incident.robots) < len(self.fleet) or len(self.fleet) == 2 else ""
-            self.event("mocap", incident.text, robot=who, level=level, value=incident.value)
-        if not swaps or policy == "go_on":
-            return None
-        about = [robot for swap in swaps for robot in swap.robots]
-        return Reaction("; ".join(swap.text for swap in swaps), policy, about, since=self.turned)
 
     def _lost_on_the_ground(self) -> Reaction | None:
         if self.phases.now is not Phase.ARMED:
@@ -396,77 +356,26 @@ class Flight:
         lost = {name: drone.lost for name, drone in self.fleet.items() if drone.lost}
         return Reaction("; ".join(f"{name}: link lost: {why}" for name, why in lost.items())) if lost else None
 
-    def _look(self, now: float) -> Reaction | None:
-        due: list[Finding] = []
-        for finding in self._watch.look(now, self._seen(now)):
-            level: Level = "fault" if finding.level == "abort" else "warning"
-            self.event(finding.kind, finding.text, robot=finding.robot, level=level, value=finding.value)
-            if finding.robot in self.notes:
-                self.notes[finding.robot] = finding.text
-            searching = self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
-            lost = finding.name == "link"
-            carries_on = lost and not self.poses.external and searching and self.timelines[finding.robot].legs == 1
-            if finding.level == "abort" and not carries_on:
-                due.append(finding)
-        if not due:
-            return None
-        policies = [policy_for(self.plan.mission.safety, finding.kind) for finding in due]
-        strong = strongest(policies)
-        about = [name for f, policy in zip(due, policies, strict=True) if policy == strong for name in f.robots]
-        text = "; ".join(f"{finding.robot}: {finding.text}" for finding in due)
-        return Reaction(text, strong, about, since=min(map(self._watch.since, due)))
-
-    def _seen(self, now: float) -> list[Seen]:
-        drones = []
-        for name, drone in self.fleet.items():
-            located, status = self.poses.located(name), drone.status
-            position = None if located is None else located.pose.position
-            # Where it should have been when it was seen: an old pose is late, not off its trajectory.
-            reference = self.reference(name, now if located is None else located.t)
-            if position is not None and reference is not None:
-                self.largest_error[name] = max(self.largest_error[name], math.dist(position, reference))
-            estimate = drone.estimate
-            velocity = estimate.velocity if estimate else (0.0, 0.0, 0.0)
-            drones.append(
-                Seen(
-                    name,
-                    position,
-                    math.inf if located is None else now - located.t,
-                    reference,
-                    status.supervisor if status else None,
-                    status.battery_low if status else False,
-                    now - drone.heard,
-                    drone.lost,
-                    velocity,
-                    tuple if position is None else partial(self._ahead, name, now, position, velocity, reference),
-                    tilt(*estimate.rpy[:2]) if estimate else math.nan,
-                    status.voltage if status else math.nan,
-                )
-            )
-        return drones
-
-    def _ahead(self, name: str, now: float, position: Vec3, velocity: Vec3, reference: Vec3 | None) -> tuple[Vec3, ...]:
-        if reference is None:  # moves brake before they end: only the near future is as straight as the present
-            x, y, z = (p + v * AHEAD[0] for p, v in zip(position, velocity, strict=True))
-            return ((x, y, z),)
-        later = [self.reference_at(name, now + t) for t in AHEAD]
-        return ahead(position, velocity, reference, self.velocity_reference(name, now), later)
+    def _tell(self, name: str, text: str, robot: str, level: Level, value: float) -> None:
+        self.event(name, text, robot=robot, level=level, value=value)
+        if level != "info" and robot in self.notes:
+            self.notes[robot] = text
 
     def _record_references(self, now: float) -> None:
-        if self.phases.now is not Phase.ON_MISSION or not self.search.begun:
+        if self.phases.now is not Phase.ON_MISSION or not self.courses.search.begun:
             self._reference_due = -math.inf
             return
         if now < self._reference_due - 1e-9:
             return
         self._reference_due = now + 1.0 / self.plan.mission.flight.log_rate
         for name in self.fleet:
-            point, velocity = self.reference_at(name, now), self.velocity_reference(name, now)
+            point, velocity = self.courses.reference(name, now), self.courses.velocity(name, now)
             self.journal.log.reference(name, now, point, velocity)
 
     def _show(self, now: float, count: bool) -> None:
         located = {name: seen for name in self.fleet if (seen := self.poses.located(name)) is not None}
         self.picture.show(now, located)
-        if count and self.search.begun and self.phases.now is Phase.ON_MISSION:
+        if count and self.courses.search.begun and self.phases.now is Phase.ON_MISSION:
             self.picture.cover(now, located)
         if self._observer is not None:
             self._observer(self.status())

@@ -51,23 +51,31 @@ def start_together(flight: Flight) -> None:
     answered = {name: heard(reply, latency) for name, reply in replies.items() if reply.arrived is not None}
     _begin(flight, answered or {name: reply.sent for name, reply in replies.items()})
     flight.journal.event(
-        flight.search.start, Phase.ON_MISSION, "mission_start", "all trajectories started", value=flight.search.skew
+        flight.courses.search.start,
+        Phase.ON_MISSION,
+        "mission_start",
+        "all trajectories started",
+        value=flight.courses.search.skew,
     )
-    flight.event("start_skew", f"starts within {flight.search.skew * 1000:.1f} ms", value=flight.search.skew)
+    flight.event(
+        "start_skew", f"starts within {flight.courses.search.skew * 1000:.1f} ms", value=flight.courses.search.skew
+    )
 
 
 def _begin(flight: Flight, instants: Mapping[str, float]) -> None:
     """The search has begun: at these instants by robot, and on average where one is not known."""
-    flight.search.start = statistics.fmean(instants.values())
-    flight.search.skew = max(instants.values()) - min(instants.values())
-    for name, timeline in flight.timelines.items():
+    flight.courses.search.start = statistics.fmean(instants.values())
+    flight.courses.search.skew = max(instants.values()) - min(instants.values())
+    for name, timeline in flight.courses.timelines.items():
         # Who has one leg is compared with everybody's mean start; legs are started by it, and timed one by one.
-        timeline.restart(instants.get(name, flight.search.start) if timeline.legs > 1 else flight.search.start)
+        timeline.restart(
+            instants.get(name, flight.courses.search.start) if timeline.legs > 1 else flight.courses.search.start
+        )
 
 
 def search(flight: Flight) -> None:
     """Follow the trajectories to their end, leg by leg, then hover. Raises FlightAborted."""
-    end, chains = flight.search.start + flight.duration, Chains(flight)
+    end, chains = flight.courses.search.start + flight.courses.duration, Chains(flight)
     while flight.clock.now() < end - 1e-9:
         flight.tick()
         chains.turn()
@@ -114,14 +122,14 @@ def _chase(flight: Flight, silent: list[str], replies: dict[str, Reply]) -> list
 def too_late(flight: Flight, name: str, late: float) -> str:
     """What a start this late [s] would lead to; empty if everybody stays as far apart, and it as near to its plan."""
     mission = flight.plan.mission
-    t = np.arange(0.0, flight.duration + late, _SAMPLES)
-    on_time = flight.references[name].evaluate(t)[:, :3]
-    behind = flight.references[name].evaluate(np.maximum(t - late, 0.0))[:, :3]
+    t = np.arange(0.0, flight.courses.duration + late, _SAMPLES)
+    on_time = flight.courses.references[name].evaluate(t)[:, :3]
+    behind = flight.courses.references[name].evaluate(np.maximum(t - late, 0.0))[:, :3]
     off = float(np.linalg.norm(behind - on_time, axis=1).max())
     if off > mission.flight.tracking_limit / 2.0:
         return f"it would be up to {off:.2f} m behind its trajectory"
     scale = np.array([1.0, 1.0, fleet.vertical_scale(mission)])
-    for other, reference in flight.references.items():
+    for other, reference in flight.courses.references.items():
         apart = float(np.linalg.norm((behind - reference.evaluate(t)[:, :3]) * scale, axis=1).min())
         if other != name and apart < mission.limits.separation - SEPARATION_SLACK:
             return f"it would come within {apart:.2f} m of {other}"

@@ -122,11 +122,16 @@ class Muster:
 
     def _arm(self) -> None:
         flight = self._flight
+        self._leave(ground.still_fine(flight))
         if waiting := ground.arm(flight):
             ground.disarm(flight, waiting)
-            if not self._go_on_without(waiting):
-                raise FlightAborted("; ".join(f"{name}: {why}" for name, why in waiting.items()))
+            self._leave(waiting)
         flight.enter(Phase.ARMED)
+
+    def _leave(self, failing: Mapping[str, str]) -> None:
+        """Go on without these, if there are any. Raises FlightAborted."""
+        if failing and not self._go_on_without(failing):
+            raise FlightAborted("; ".join(f"{name}: {why}" for name, why in failing.items()))
 
     def _take(self, step: int) -> None:
         """One step by everybody who is still fine; again, from the first step, by those for whom it may help."""

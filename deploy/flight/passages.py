@@ -11,9 +11,10 @@ import math
 
 from deploy.errors import DeployError, FlightAborted
 from deploy.flight.loop import Flight, Vec3
+from deploy.flight.reference import Way
 from deploy.phases import TABLE, Phase
 from deploy.radio import highlevel
-from planner.transfers import Passage, Transfers, duration
+from planner.transfers import Move, Passage, Transfers, duration
 
 AT_ALTITUDE = 0.15  # m
 AT_PLACE = 0.10  # m
@@ -32,6 +33,7 @@ def take_off(flight: Flight) -> None:
     moves = {name: flown[0] for name, flown in _transfers(flight).take_off.items()}
     commands = {name: highlevel.takeoff(move.target[2], move.duration) for name, move in moves.items()}
     given = flight.clock.now()
+    flight.courses.ways |= {name: _way(flight, name, move) for name, move in moves.items()}
     require(flight, "take-off", flight.command(commands))
     flight.wait(_NUDGE)
     # In the supervisor's blink on the ground a command may be accepted and yet dropped (protocol notes B1, B3).
@@ -71,7 +73,7 @@ def settle(flight: Flight) -> None:
     flight.wait(flight.plan.mission.flight.settle_time)
 
     def away() -> list[str]:
-        return [n for n in flight.fleet if distance(flight, n, flight.start_of(n), None) > AT_PLACE]
+        return [n for n in flight.fleet if distance(flight, n, flight.courses.start(n), None) > AT_PLACE]
 
     if not flight.wait_until(lambda: not away(), TABLE[Phase.SETTLING].allowance):
         raise FlightAborted(f"more than {AT_PLACE * 100:.0f} cm from the start of the trajectory: {', '.join(away())}")
@@ -108,8 +110,11 @@ def fly(flight: Flight, passage: Passage) -> str:
     orders = sorted((move.begin, name, move) for name, moves in passage.items() for move in moves)
     for begin, due in itertools.groupby(orders, key=lambda order: order[0]):
         flight.wait(begun + begin - flight.clock.now())
+        moves = {name: move for _, name, move in due}
+        flight.courses.ways |= {name: _way(flight, name, move) for name, move in moves.items()}
         commands = {
-            name: highlevel.go_to(move.target, flight.yaw_at_start(name), move.duration) for _, name, move in due
+            name: highlevel.go_to(move.target, flight.courses.yaw_at_start(name), move.duration)
+            for name, move in moves.items()
         }
         if refused := flight.refusals(flight.command(commands)):
             return refused
@@ -129,6 +134,13 @@ def distance(flight: Flight, name: str, point: Vec3 | None, height: float | None
     if position is None:
         return math.inf
     return math.dist(position, point) if point is not None else abs(position[2] - (height or 0.0))
+
+
+def _way(flight: Flight, name: str, move: Move) -> Way:
+    """A move that begins now; where it begins is where the last one ended, or where the drone stands."""
+    now = flight.clock.now()
+    origin = flight.courses.at(name, now) or flight.position(name) or move.target
+    return Way(origin, move.target, now, move.duration)
 
 
 def _transfers(flight: Flight) -> Transfers:

@@ -1,8 +1,9 @@
-"""One robot's certified trajectory at one time after another, as the flight asks for it twenty times a second."""
+"""Where one robot should be at one time after another, as the flight asks for it twenty times a second."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
+from dataclasses import dataclass
 
 from planner.trajectory.piecewise import PiecewisePolynomial
 
@@ -44,6 +45,27 @@ class Reference:
         """The piece that answers (at a joint the later one) and the time since its start."""
         piece = min(max(bisect_right(self._knots, t) - 1, 0), len(self._pieces) - 1)
         return piece, min(max(t - self._knots[piece], 0.0), self._durations[piece])
+
+
+@dataclass(frozen=True)
+class Way:
+    """A straight move from rest to rest, as the high-level commander flies it (planner/transfers.py).
+
+    Attributes:
+        origin, target: [m]. begun: by flight clock [s]. duration: [s].
+    """
+
+    origin: Vec3
+    target: Vec3
+    begun: float
+    duration: float
+
+    def position(self, t: float) -> Vec3:
+        """Where it is [m] at a flight time [s]; the first or last point before and after."""
+        s = min(max((t - self.begun) / self.duration, 0.0), 1.0)
+        share = s**4 * (35.0 - s * (84.0 - s * (70.0 - s * 20.0)))
+        x, y, z = (a + share * (b - a) for a, b in zip(self.origin, self.target, strict=True))
+        return x, y, z
 
 
 def _value(descending: list[float], t: float) -> float:

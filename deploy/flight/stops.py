@@ -4,6 +4,8 @@ Everybody brakes at once and in the same time T, each along his own trajectory: 
 he would have been T/2 later. Seen from the plan all stop at the same moment, so they hover as far apart as it has
 them then, and on the way they stay near what was certified.
 
+Whoever comes to rest within T anyway does so as it was certified: braking longer would carry him past his end.
+
 Some cannot be told: they fly on. Whoever would come too close to one of them, or to anybody, waits elsewhere: at
 another height if that is enough, else aside; where most is gained first, then in the order of the mission, so that the
 same situation has the same answer.
@@ -73,6 +75,7 @@ class Moving:
         position, velocity, acceleration: what is asked of it now [m], [m/s], [m/s²].
         later: where it will be after so long [s] if it is told nothing [m].
         told: whether it can be told anything.
+        left: for how long it goes on moving if it is told nothing [s].
     """
 
     position: Vec3
@@ -80,6 +83,7 @@ class Moving:
     acceleration: Vec3
     later: Callable[[float], Vec3]
     told: bool = True
+    left: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -87,12 +91,12 @@ class Stops:
     """Where those who are told come to rest.
 
     Attributes:
-        duration: of everybody's braking [s]. targets: [m], by robot.
+        durations: of braking [s], by robot. targets: [m], by robot.
         moved: who waits elsewhere, and how far from where he would have stopped [m].
         apart: smallest distance of anybody to anybody until everybody could be down, vertical ones scaled [m].
     """
 
-    duration: float
+    durations: Mapping[str, float]
     targets: Mapping[str, Vec3]
     moved: Mapping[str, float]
     apart: float
@@ -111,17 +115,18 @@ def stop(
     """
     told = [drone for drone in drones.values() if drone.told]
     fastest = max((math.hypot(*drone.velocity) for drone in told), default=0.0)
-    duration = min(LONGEST, max(SHORTEST, fastest / DECELERATION))
-    t = np.arange(0.0, duration + after + _STEP, _STEP)  # (K,)
-    targets = [_inside(drone.later(0.5 * duration), drone.position, space) for drone in drones.values()]
-    ways = np.stack(
-        [_way(d, target, duration, t) for d, target in zip(drones.values(), targets, strict=True)]
-        or [np.zeros((len(t), 3))]
-    )  # (N, K, 3)
-    moved = _settle(list(drones.items()), targets, ways, space, duration, t, clear)
-    names = [name for name, drone in drones.items() if drone.told]
-    apart = float(_apart(ways, space).min(initial=math.inf))
-    return Stops(duration, {n: targets[list(drones).index(n)] for n in names}, moved, apart)
+    longest = min(LONGEST, max(SHORTEST, fastest / DECELERATION))
+    t = np.arange(0.0, longest + after + _STEP, _STEP)  # (K,)
+    courses = [_course(drone, longest, space) for drone in drones.values()]
+    ways = np.stack([course.way(course.target, t) for course in courses] or [np.zeros((len(t), 3))])  # (N, K, 3)
+    moved = _settle(list(drones), courses, ways, space, t, clear)
+    told_to = {name: course for name, course in zip(drones, courses, strict=True) if course.drone.told}
+    return Stops(
+        {name: course.duration for name, course in told_to.items()},
+        {name: course.target for name, course in told_to.items()},
+        moved,
+        float(_apart(ways, space).min(initial=math.inf)),
+    )
 
 
 def braking(position: Vec3, velocity: Vec3, acceleration: Vec3, target: Vec3, duration: float, t: Array) -> Array:
@@ -142,10 +147,27 @@ def _inside(target: Vec3, position: Vec3, space: Space) -> Vec3:
     return x, y, z
 
 
-def _way(drone: Moving, target: Vec3, duration: float, t: Array) -> Array:
-    if drone.told:
-        return braking(drone.position, drone.velocity, drone.acceleration, target, duration, t)
-    return np.array([drone.later(float(moment)) for moment in t])
+@dataclass
+class _Course:
+    """How one drone is to stop: in how long [s], and where [m]."""
+
+    drone: Moving
+    duration: float
+    target: Vec3
+
+    def way(self, target: Vec3, t: Array) -> Array:
+        """(K, 3) where it is at t (K,) [s] if that is its target."""
+        d = self.drone
+        if d.told:
+            return braking(d.position, d.velocity, d.acceleration, target, self.duration, t)
+        return np.array([d.later(float(moment)) for moment in t])
+
+
+def _course(drone: Moving, longest: float, space: Space) -> _Course:
+    ends = drone.left < longest
+    duration = max(drone.left, SHORTEST) if ends else longest
+    target = drone.later(drone.left if ends else 0.5 * duration)
+    return _Course(drone, duration, _inside(target, drone.position, space))
 
 
 def _apart(ways: Array, space: Space) -> Array:
@@ -157,36 +179,35 @@ def _apart(ways: Array, space: Space) -> Array:
 
 
 def _settle(
-    drones: Sequence[tuple[str, Moving]],
-    targets: list[Vec3],
+    names: Sequence[str],
+    courses: Sequence[_Course],
     ways: Array,
     space: Space,
-    duration: float,
     t: Array,
     clear: Callable[[str, Vec3], bool],
 ) -> dict[str, float]:
-    """Other places for those who would come too close to somebody; changes targets and ways."""
+    """Other places for those who would come too close to somebody; changes courses and ways."""
     moved: dict[str, float] = {}
     # Whoever is closer than allowed already cannot be asked for more than not to come closer.
     scaled = ways[:, 0] * space.scale
     now = np.linalg.norm(scaled[:, None] - scaled, axis=2)
     least = np.minimum(space.separation, now) - _TOLERANCE
-    for _ in drones:
+    for _ in courses:
         missing = (least - _apart(ways, space)).max(axis=1)  # (N,) [m]
-        best = _TOLERANCE, -1, targets[0], ways[0]
-        for k, (name, drone) in enumerate(drones):
-            if not drone.told or name in moved or missing[k] <= 0.0:
+        gain, chosen = _TOLERANCE, None
+        for k, (name, course) in enumerate(zip(names, courses, strict=True)):
+            if not course.drone.told or name in moved or missing[k] <= 0.0:
                 continue
-            for target in _elsewhere(targets[k], space):
-                way = _way(drone, target, duration, t)
+            for target in _elsewhere(course.target, space):
+                way = course.way(target, t)
                 gained = round(float(missing[k]) - max(_missing(k, way, ways, least, space), 0.0), 6)
-                if gained > best[0] and clear(name, target):
-                    best = gained, k, target, way
-        _, k, target, way = best
-        if k < 0:
+                if gained > gain and clear(name, target):
+                    gain, chosen = gained, (k, target, way)
+        if chosen is None:
             break
-        moved[drones[k][0]] = math.dist(target, targets[k])
-        targets[k], ways[k] = target, way
+        k, target, ways[chosen[0]] = chosen
+        moved[names[k]] = math.dist(target, courses[k].target)
+        courses[k].target = target
     return moved
 
 

@@ -48,7 +48,9 @@ def land_together(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
         return [n for n in flight.alive if n in names and flies(flight, n, since=told + longest)]
 
     flight.wait_until(lambda: not up(), TABLE[Phase.LANDING].allowance)
-    return {name: name in flight.alive and not flies(flight, name, since=begun) for name in names}
+    down = {name: name in flight.alive and not flies(flight, name, since=begun) for name in names}
+    flight.lookout.down |= {name for name in names if down[name]}
+    return down
 
 
 def land_in_turn(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
@@ -97,7 +99,7 @@ def put_to_rest(flight: Flight, down: Mapping[str, bool]) -> dict[str, bool]:
 
 def _landing_time(flight: Flight, name: str) -> float:
     """As the mission says from the height of the search; longer from higher up [s]."""
-    share = height(flight, name) / max(flight.start_of(name)[2] - flight.ground, OFF_THE_GROUND)
+    share = height(flight, name) / max(flight.courses.start(name)[2] - flight.ground, OFF_THE_GROUND)
     return flight.plan.mission.flight.landing_duration * (max(1.0, share) if math.isfinite(share) else 1.0)
 
 

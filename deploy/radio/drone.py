@@ -27,6 +27,7 @@ Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 CONNECT_DEADLINE = 45.0  # s of wall time; an uncached table of contents over a busy radio takes a while
 _SUPERVISOR = Request(9, 0, b"\x0c", b"\x8c", "supervisor state")
+RECONNECT_DEADLINE = 10.0  # s of wall time; the tables are in the cache by then
 _FIRMWARE = Request(0x0D, 1, b"\x01", b"\x01", "firmware version")
 
 
@@ -62,6 +63,20 @@ class Drone:
         # A connection that was closed before leaves a low-level setpoint behind that outranks the high-level
         # commander: without this word every command is accepted and nothing moves.
         self.release_setpoints()
+
+    def reconnect(self, rate: float, deadline: float = RECONNECT_DEADLINE) -> None:
+        """Open a lost link again and have telemetry sent at ``rate`` [Hz]; blocks. The drone may be flying.
+
+        Nothing is sent that a flying drone obeys.
+
+        Raises:
+            LinkError: it did not come up. CommandRefused: a log block was refused.
+        """
+        try:
+            self._link.reopen(self.uri, deadline)
+        except LinkError as error:
+            raise LinkError(f"{self.name} at {self.uri}: {error}") from None
+        self._stream.start(rate)
 
     def close(self, *, force: bool = False) -> None:
         """Close the link; refuses in flight, because cflib's farewell packet is a zero thrust setpoint: a fall.

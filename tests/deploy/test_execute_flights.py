@@ -8,7 +8,7 @@ import struct
 import numpy as np
 import pytest
 
-from deploy.errors import DeployError, FlightAborted, PreflightError
+from deploy.errors import DeployError, FlightAborted, LinkError, PreflightError
 from deploy.flight.records import FlightStatus
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
@@ -223,8 +223,18 @@ def test_wrong_bytes_read_back_stop_the_flight(bench, monkeypatch):
     assert np.ptp(truth[:, :, 2]) < 0.01
 
 
-def test_a_lost_link_lands_the_others_and_is_a_fault(bench):
+def stay_lost(monkeypatch):
+    def never(drone, rate):
+        raise LinkError(f"{drone.name}: it is off")
+
+    monkeypatch.setattr(Drone, "reconnect", never)
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_a_lost_link_lands_the_others_and_who_comes_back_lands_too(bench, monkeypatch, back):
     lost = []
+    if not back:
+        stay_lost(monkeypatch)
 
     def prepare(ready):
         lost.append(lambda _: ready.swarm._clients["cf1"].lose("Too many packets lost"))
@@ -232,9 +242,10 @@ def test_a_lost_link_lands_the_others_and_is_a_fault(bench):
     observer = during_mission(1.0, lambda status: lost[0](status))
     outcome, ready, truth = bench(prepare=prepare, observer=observer)
     assert outcome.phase is Phase.ABORTED
-    assert outcome.landed == {"cf1": False, "cf2": True}
+    assert outcome.landed == {"cf1": back, "cf2": True}
     assert any("cf1: link lost: Too many packets lost" in fault for fault in outcome.faults)
-    assert ready.final[1, 2] < 0.02
+    assert any("cf1: back after 0.5" in warning for warning in outcome.warnings) is back
+    assert (ready.final[:, 2] < 0.02).tolist() == [back, True]
     assert np.linalg.norm(truth[:, 0] - truth[:, 1], axis=1).min() > 0.3
 
 
@@ -255,8 +266,9 @@ def test_without_motion_capture_the_drones_say_where_they_are(bench):
     assert "/cf1/pose" not in read_log(ready.path).series
 
 
-def test_a_drone_that_positions_itself_is_safest_flown_beside_when_its_link_is_lost(bench):
+def test_a_drone_that_positions_itself_is_safest_flown_beside_when_its_link_is_lost(bench, monkeypatch):
     stages = []
+    stay_lost(monkeypatch)
 
     def prepare(ready):
         on_board(ready)

@@ -1,5 +1,6 @@
 """Everybody stops, waits and lands without coming near anybody; pure judgements, no drones."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deploy.flight.landing import landing_waves, may_fall, with_those_below
+from deploy.flight.reference import Way
 from deploy.flight.stops import Moving, Space, braking, stop
 from deploy.radio.simulated.high_level.trajectory import PlannedPiece
 
@@ -50,7 +52,7 @@ def flown(drones, stops, t):
     ways = []
     for name, d in drones.items():
         if d.told:
-            ways.append(braking(d.position, d.velocity, d.acceleration, stops.targets[name], stops.duration, t))
+            ways.append(braking(d.position, d.velocity, d.acceleration, stops.targets[name], stops.durations[name], t))
         else:
             ways.append(np.array([d.later(s) for s in t]))
     return np.array(ways)
@@ -77,7 +79,7 @@ def test_those_who_stop_together_stay_as_far_apart_as_they_were_certified(seed, 
     place = dance(seed, n)
     drones = {str(i): moving(place, i, t0) for i in range(n)}
     stops = stop(drones, space(), after=2.0)
-    t = np.arange(0.0, stops.duration + 0.01, 0.01)
+    t = np.arange(0.0, max(stops.durations.values()) + 0.01, 0.01)
     assert least(flown(drones, stops, t)) >= SEPARATION - 0.02
     assert stops.moved == {}
     assert set(stops.targets) == set(drones)
@@ -97,7 +99,7 @@ def test_whatever_is_found_at_once_nobody_comes_near_anybody_on_the_way_to_the_g
     drones = {str(i): moving(place, i, t0, told=i not in lost) for i in range(n)}
     stops = stop(drones, space(top), after=2.5)
     assert stop(drones, space(top), after=2.5) == stops
-    t = np.arange(0.0, stops.duration + 2.5, 0.02)
+    t = np.arange(0.0, max(stops.durations.values(), default=0.0) + 2.5, 0.02)
     ways = flown(drones, stops, t)
     assert least(ways) >= HARD
     hovering = dict(stops.targets)
@@ -124,6 +126,15 @@ def test_who_is_in_the_way_of_one_who_cannot_be_told_waits_at_another_height():
     assert low.apart >= SEPARATION - 1e-2
     blocked = stop({"a": still, "b": passing}, space(), after=3.0, clear=lambda name, place: place[2] < 1.0)
     assert blocked.targets["a"][2] < 1.0
+
+
+def test_a_climb_that_is_called_off_ends_no_higher_than_it_was_certified():
+    way = Way((0.0, 0.0, 0.0), (0.0, 0.0, 1.1), 0.0, 1.6)
+    for t0 in np.arange(0.1, 1.6, 0.1):
+        drone = moving(lambda i, t: way.position(t), 0, t0)
+        stops = stop({"a": dataclasses.replace(drone, left=1.6 - t0)}, space(), after=1.0)
+        t = np.arange(0.0, 3.0, 0.01)
+        assert flown({"a": drone}, stops, t)[0, :, 2].max() <= 1.1 + 0.02
 
 
 def test_nobody_is_told_to_stop_outside():
