@@ -15,7 +15,7 @@ SEPARATION_ALLOWANCE = 0.05  # m that drones may come closer than the mission's 
 CLEARANCE_ALLOWANCE = 0.02  # m that drones may come closer to obstacles than planned: what good tracking takes
 TRACKING_LIMIT = 0.05  # m, mean error of a good flight
 LAG_WARNING = 0.2  # s
-LANDED = "landed"
+LANDED, ABORTED = "landed", "aborted"
 
 
 def judge(evidence: Evidence) -> Verdict:
@@ -42,6 +42,8 @@ def _landing(e: Evidence) -> Iterator[Finding]:
         yield Finding(Level.FAIL, "landing", f"last heard of in the air: {', '.join(up)}")
     elif phases and phases[-1] == LANDED:
         yield Finding(Level.PASS, "landing", "everybody landed")
+    elif phases and phases[-1] == ABORTED:
+        yield Finding(Level.FAIL, "landing", "everybody came down before the end: the flight was aborted")
     else:
         last = phases[-1] if phases else "unknown"
         yield Finding(Level.FAIL, "landing", f"the flight did not end with a landing; its last phase is '{last}'")

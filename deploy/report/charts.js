@@ -35,7 +35,8 @@ function drawCursor(context, axis, top, height) {
 
 function valueAt(curve, t) {
   const times = curve.times, values = curve.values;
-  if (!times.length || t < times[0] - 0.3 || t > times[times.length - 1] + 0.3) return NaN;
+  const near = times.length ? Math.max(0.3, 2 * (times[times.length - 1] - times[0]) / times.length) : 0;
+  if (!times.length || t < times[0] - near || t > times[times.length - 1] + near) return NaN;
   let low = 0, high = times.length - 1;
   while (low < high) { const middle = (low + high) >> 1; if (times[middle] < t) low = middle + 1; else high = middle; }
   return values[low > 0 && t - times[low - 1] < times[low] - t ? low - 1 : low];
@@ -178,7 +179,7 @@ function makeChart(chart) {
   canvas.setAttribute("aria-label", `${chart.title}. ${chart.reading}`);
   figure.append(title, element("p", chart.reading, "reading"), canvas);
   if (spans) {
-    canvas.style.height = Math.min(900, Math.max(110, TOP + BOTTOM + 20 * chart.rows.length)) + "px";
+    canvas.style.height = Math.min(900, Math.max(110, TOP + BOTTOM + (chart.rows.length > 15 ? 15 : 20) * chart.rows.length)) + "px";
     canvas.dataset.points = chart.rows.reduce((sum, pair) => sum + pair.flown.length + pair.planned.length, 0);
   } else {
     canvas.dataset.points = prepare(chart);

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from deploy.analysis.align import sample
 from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.switches import timelines
 from deploy.heat import heat_image
@@ -17,6 +18,7 @@ from missions.shapes import heights, outline
 from planner.trajectory.encode import decode
 
 _RATE = 20.0  # Hz
+_GROUND = 0.05  # m; what asks for less asks for nothing
 _MOST_SAMPLES = 150_000  # positions of one kind; longer flights are played with coarser steps
 
 
@@ -111,12 +113,22 @@ def flown_positions(analysis: FlightAnalysis, t: Array) -> Array:
 
 
 def _planned(analysis: FlightAnalysis, t: Array) -> Array:
-    """(S, N, 3) of the certified trajectories; NaN outside the search."""
+    """(S, N, 3) of the certified trajectories in the search, of the setpoints around it."""
     plan = analysis.flight_plan
     references = [decode(plan.trajectories[robot.name]) for robot in plan.mission.robots]
     zero, window = zero_time(analysis), analysis.window
     courses = timelines(analysis.record, plan, window) if window is not None else {}
     moments = [courses[robot.name].at_each(zero + t) if courses else t for robot in plan.mission.robots]
     q = np.stack([reference.evaluate(s)[:, :3] for reference, s in zip(references, moments, strict=True)], axis=1)
-    q[(t < 0.0) | (t > max(reference.duration for reference in references))] = np.nan
+    around = (t < 0.0) | (t > max(reference.duration for reference in references))
+    q[around] = _asked_for(analysis, t[around])
+    return q
+
+
+def _asked_for(analysis: FlightAnalysis, t: Array) -> Array:
+    """(S, N, 3) of the drones' own setpoints, on the way to the search and back; NaN on the ground."""
+    record, zero = analysis.record, zero_time(analysis)
+    names = [robot.name for robot in analysis.flight_plan.mission.robots]
+    q = np.stack([sample(record.of(name, "setpoint"), "position", zero + t) for name in names], axis=1)
+    q[~(q[:, :, 2] > _GROUND)] = np.nan
     return q

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+_MOST = 30  # lines that are shown without being asked for
+
 
 class Markup(str):
     """Text that is markup already, made by this package."""
@@ -29,7 +31,10 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], caption: str, 
     body = "".join(
         "<tr>" + "".join(f"<td {kind[i]}>{cell(text)}</td>" for i, text in enumerate(row)) + "</tr>" for row in rows
     )
-    return (
+    markup = (
         f'<div class="scroll"><table><caption>{escape(caption)}</caption>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
+    if body.count("<tr>") <= _MOST:
+        return markup
+    return f"<details><summary>{escape(caption)}: {body.count('<tr>')} lines</summary>{markup}</details>"

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from deploy.errors import DeployError
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
 from deploy.rehearsal import rehearse
+from deploy.report import build_report
 from deploy.scenario.killed import HostDied
 from deploy.scenario.load import load_scenario, parse_scenario, targets
 from deploy.scenario.records import HAPPENINGS, Fault
@@ -257,9 +259,12 @@ NAMED = {
 def test_the_report_names_the_fault_first_without_being_told(flown, name):
     _, log = flown(name)
     untold = dataclasses.replace(log, events=tuple(event for event in log.events if event.name != "scenario"))
-    verdict = analyse(untold).verdict
-    assert verdict.reasons[0].name == NAMED[name], verdict.reasons
-    assert verdict.reasons[0].cause
+    analysis = analyse(untold)
+    first = analysis.verdict.reasons[0]
+    assert first.cause
+    assert first.name == NAMED[name], analysis.verdict.reasons
+    diagnosis = build_report(analysis).partition('id="diagnoses"')[2].partition("</section>")[0]
+    assert f"<h3>{first.name}</h3><span>{escape(first.text)}" in diagnosis
 
 
 def played(tmp_path, event):
