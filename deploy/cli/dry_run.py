@@ -69,13 +69,9 @@ def run(args: argparse.Namespace) -> int:
     for old in (log_path, part):
         old.unlink(missing_ok=True)  # a rehearsal is repeatable: the last one replaces the one before
     dead: HostDied | None = None
-<<<<<<< Updated upstream
+    called_off: FlightAborted | FleetError | PreflightError | None = None
     speed = args.speed if args.speed is not None else math.inf if args.live is None else 1.0
     with watched(flight_plan, live=args.live) as watch:
-=======
-    called_off: FlightAborted | FleetError | PreflightError | None = None
-    with watched() as (operator, observer):
->>>>>>> Stashed changes
         try:
             outcome, log_path = rehearse(
                 flight_plan,

@@ -69,19 +69,10 @@ def run(args: argparse.Namespace) -> int:
             report, _ = check_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
         return print_preflight(report.checks)
     try:
-<<<<<<< Updated upstream
         with watched(flight_plan, control=args.control, live=args.live) as watch:
             outcome, log_path = fly_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
-    except PreflightError as error:
-        return print_preflight(error.checks)
-=======
-        with watched(args.control) as (operator, observer):
-            outcome, log_path = fly_hardware(
-                flight_plan, log_path=log_path, mocap=mocap, operator=operator, observer=observer
-            )
     except (FlightAborted, FleetError, PreflightError) as error:
         return print_called_off(error)
->>>>>>> Stashed changes
     print_outcome(outcome)
     target = log_path.with_suffix(".html")
     return print_analysis(write_report(read_log(log_path), target), target, as_json=False)

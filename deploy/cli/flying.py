@@ -12,12 +12,9 @@ from rich.markup import escape
 from deploy.cli.console import err, out, table
 
 if TYPE_CHECKING:
-<<<<<<< Updated upstream
     import argparse
 
-=======
     from deploy.errors import DeployError
->>>>>>> Stashed changes
     from deploy.flight.records import FlightOutcome, FlightStatus
     from deploy.operator import Operator
     from deploy.preflight import PreflightCheck

@@ -250,23 +250,14 @@ class Flight:
                 )
             )
         return FlightStatus(
-<<<<<<< Updated upstream
             t=now,
             phase=self.phases.now,
-            mission_time=now - self.search.start,
-            duration=self.duration,
+            mission_time=now - self.courses.search.start,
+            duration=self.courses.duration,
             robots=tuple(robots),
             message=self.journal.message,
             ergodicity=self.picture.ergodicity,
             certified=self.plan.certificate.indicators.ergodicity,
-=======
-            now,
-            self.phases.now,
-            now - self.courses.search.start,
-            self.courses.duration,
-            tuple(robots),
-            self.journal.message,
->>>>>>> Stashed changes
         )
 
     # ------------------------------------------------------------------------------------------------ commands
