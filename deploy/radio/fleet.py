@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, ItemsView, Iterable, Iterator, Mapping, ValuesView
 from functools import partial
 from types import MappingProxyType
 from typing import TypeVar
@@ -47,6 +47,16 @@ class Fleet(Mapping[str, Drone]):
 
     def __len__(self) -> int:
         return len(self._drones)
+
+    # As those of Mapping, which look every name up again: the flight loop asks a hundred times a second.
+
+    def items(self) -> ItemsView[str, Drone]:
+        """Names and drones."""
+        return self._drones.items()
+
+    def values(self) -> ValuesView[Drone]:
+        """Drones."""
+        return self._drones.values()
 
     def each(
         self,

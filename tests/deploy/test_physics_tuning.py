@@ -147,7 +147,7 @@ def test_process_noise_of_the_filter_grows_its_doubt():
         estimators.predict(np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)), 0.01)
     doubt = estimators.variances
     assert doubt[1, 6] == pytest.approx(16.0 * doubt[0, 6])
-    assert doubt[1, 0] > doubt[0, 0] + 0.9e-4 * 1000
+    assert doubt[1, 3] > doubt[0, 3] + 0.9e-4 * 1000
     np.testing.assert_array_equal(doubt[1, 8], doubt[0, 8])
 
 

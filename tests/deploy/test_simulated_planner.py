@@ -188,7 +188,7 @@ def test_looking_ahead_changes_no_goal(reverse):
     (ahead, _), (tick_by_tick, _) = twins(start)
     for k in range(150):
         now = 10.0 + 0.01 * k
-        assert ahead.follow(now) == tick_by_tick.goal(np.float32(now))
+        assert ahead.follow(now)[1] == tick_by_tick.goal(np.float32(now))
 
 
 def test_what_was_foreseen_is_forgotten_when_memory_or_trajectory_change():
@@ -200,9 +200,9 @@ def test_what_was_foreseen_is_forgotten_when_memory_or_trajectory_change():
         ahead.follow(10.0 + 0.01 * k)
     for memory in (one, other):
         memory.write(0, curvy_pieces()[:64] + bytes(8))
-    assert ahead.follow(10.2) == tick_by_tick.goal(np.float32(10.2))
+    assert ahead.follow(10.2)[1] == tick_by_tick.goal(np.float32(10.2))
     for planner in (ahead, tick_by_tick):
         planner.land(np.float32(10.2), (0.0, 0.0, 1.0), 0.0, 0.0, 0.0, 0.1)
     for now in (10.21, 10.25, 10.31, 10.32):
-        assert ahead.follow(now) == tick_by_tick.goal(np.float32(now))
+        assert ahead.follow(now)[1] == tick_by_tick.goal(np.float32(now))
         assert ahead.state is tick_by_tick.state

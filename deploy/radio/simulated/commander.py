@@ -5,6 +5,9 @@ from __future__ import annotations
 from enum import IntEnum
 
 from deploy.radio.simulated.interface import Setpoint, SetpointMode
+from deploy.radio.simulated.supervisor import State, Supervisor
+
+_OFF = Setpoint()
 
 
 class Priority(IntEnum):
@@ -28,6 +31,14 @@ class Commander:
             return False
         self.setpoint, self.priority, self.updated = setpoint, priority, t
         return True
+
+    def allowed(self, supervisor: Supervisor) -> Setpoint:
+        """The setpoint as the supervisor lets it pass."""
+        wanted = self.setpoint
+        # Not-a-number in a setpoint makes a real drone's motor commands garbage; here its motors stop.
+        if not supervisor.can_fly or not wanted.is_finite():
+            return _OFF
+        return levelled_out(wanted) if supervisor.state is State.LEVEL_OUT else wanted
 
     def relax(self) -> None:
         """Let anybody take over: what a client's "notify setpoint stop" does, and nothing else."""

@@ -6,7 +6,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, MutableMapping
 
-from deploy.radio.simulated.commander import Commander, Priority, levelled_out
+from deploy.radio.simulated.commander import Commander, Priority
 from deploy.radio.simulated.decks import decks as decks_named
 from deploy.radio.simulated.high_level.commander import HighLevelCommander
 from deploy.radio.simulated.high_level.planner import Foresight
@@ -30,7 +30,7 @@ from deploy.radio.simulated.ports import (
 )
 from deploy.radio.simulated.ports.memories import memories
 from deploy.radio.simulated.steering import Steering
-from deploy.radio.simulated.supervisor import PERIOD, Inputs, State, Supervisor
+from deploy.radio.simulated.supervisor import PERIOD, Inputs, Supervisor
 from deploy.radio.simulated.toc import log_toc, param_toc
 from deploy.radio.simulated.variables import Snapshot, live_variables
 from missions.airframes import Airframe
@@ -40,7 +40,7 @@ _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (
 _LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
 BROWN_OUT = 2.5  # [V] below which processors and radio stop (estimate: 2.8 V regulators, reset level of the STM32)
 _SLACK = 1e-9  # [s] times are multiples of a tick up to rounding
-_GROUNDED, _OFF = Orders(), Setpoint()
+_GROUNDED = Orders()
 
 Receiver = Callable[[int, int, bytes], None]
 
@@ -87,8 +87,10 @@ class SimulatedCrazyflie:
         self._receiver: Receiver | None = None
         self._t, self._booted, self._closed_at = 0.0, -uptime, 0.0
         self.reboots = 0
+        self._due: float  # [s] world time from which on telemetry is needed
         self._start()
-        self._settle_supervisor()
+        self._supervisor.settle(self._uptime())  # it was switched on a while ago
+        self._next_supervision = self._uptime()
 
     @property
     def is_alive(self) -> bool:
@@ -118,7 +120,7 @@ class SimulatedCrazyflie:
             handle = self._ports.get(header >> 4)
             if handle is None:
                 return
-            if header >> 4 != localization.PORT:  # all others may change what was foreseen
+            if header >> 4 != localization.PORT and self._due > -math.inf:  # it may change what was foreseen
                 self._high_level.catch_up()
                 self._due = -math.inf
             try:
@@ -158,7 +160,7 @@ class SimulatedCrazyflie:
                 self._commander.offer(goal, Priority.HIGH_LEVEL, uptime)
             if uptime >= self._next_supervision - 1e-9:
                 self._supervise(telemetry)
-            snapshot.setpoint, snapshot.info = self._allowed_setpoint(), self._supervisor.info
+            snapshot.setpoint, snapshot.info = self._commander.allowed(self._supervisor), self._supervisor.info
             orders = self._orders(snapshot.setpoint, goal)
             snapshot.controller, snapshot.uptime = orders.controller, uptime
             if self._receiver is None and t - self._closed_at > _LINK_TIMEOUT:
@@ -199,7 +201,7 @@ class SimulatedCrazyflie:
         self._log = log.LogPort(self._send, log_toc(self._hardware), getters, self._milliseconds)
         self._steering = Steering(self._parameters, self._param.notify)
         self._crashed = False  # a blow was felt since the supervisor's last step
-        self._due = -math.inf  # [s] world time from which on telemetry is needed
+        self._due = -math.inf
         self._foreseen: tuple[Foresight, Course] | None = None
         self._next_supervision = 0.0
         self._battery_good = 0.0
@@ -221,14 +223,6 @@ class SimulatedCrazyflie:
             platform.PORT: platform.PlatformPort(self._send, self._supervisor).receive,
             link.PORT: link.LinkPort(self._send).receive,
         }
-
-    def _settle_supervisor(self) -> None:
-        """It was switched on a while ago: pass through the start-up states at once."""
-        while self._supervisor.state is not State.READY:
-            self._supervisor.step(self._uptime(), Inputs(setpoint_time=self._uptime(), planner_bits=0x0200))
-            if not self._auto_arm and self._supervisor.state is State.CHECKS_PASSED:
-                break
-        self._next_supervision = self._uptime()
 
     def reboot(self) -> None:
         """Restart as after a dip of the battery's voltage."""
@@ -283,14 +277,6 @@ class SimulatedCrazyflie:
             self._battery_good = now
         self._snapshot.battery_low = now - self._battery_good > _LOW_BATTERY_TIME
 
-    def _allowed_setpoint(self) -> Setpoint:
-        """The commander's setpoint as the supervisor lets it pass."""
-        wanted = self._commander.setpoint
-        # Not-a-number in a setpoint makes a real drone's motor commands garbage; here its motors stop.
-        if not self._supervisor.can_fly or not wanted.is_finite():
-            return _OFF
-        return levelled_out(wanted) if self._supervisor.state is State.LEVEL_OUT else wanted
-
     def _orders(self, allowed: Setpoint, goal: Setpoint | None) -> Orders:
         reset, steering = self._steering.refresh(), self._steering
         course = self._course() if goal is not None and allowed is goal else None
@@ -307,7 +293,7 @@ class SimulatedCrazyflie:
 
     def _course(self) -> Course | None:
         """The trajectory that is followed, in world time; the same object as long as it is the same."""
-        foreseen = self._high_level.foresee()
+        foreseen = self._high_level.foreseen
         if foreseen is None:
             return None
         if self._foreseen is None or self._foreseen[0] is not foreseen:

@@ -177,6 +177,11 @@ class Supervisor:
         """From the first feeding on, a second without another is an emergency stop."""
         self._fed = t
 
+    def settle(self, t: float) -> None:
+        """Pass through the start-up states at once: it is ``t`` seconds since boot, and nothing is amiss."""
+        while self.state not in (State.READY, State.CHECKS_PASSED) or (self._auto_arm and not self.can_fly):
+            self.step(t, Inputs(setpoint_time=t, planner_bits=0x0200))
+
     def step(self, t: float, inputs: Inputs) -> None:
         """One step of the state machine at ``t`` seconds since boot."""
         if inputs.motors_running:

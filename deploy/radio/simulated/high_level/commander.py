@@ -38,6 +38,7 @@ class HighLevelCommander:
         self._descriptors: dict[int, Fields] = {}
         # The last goal, or the estimate while there is none: where the next plan starts.
         self._position, self._velocity, self._yaw = ZERO, ZERO, 0.0
+        self._foreseen: Foresight | None = None
         self._blocked = True  # until the supervisor speaks: before the first tick the drone does not know where it is
         self._commands: Mapping[int, tuple[struct.Struct, bool, Callable[[Fields], int]]] = {
             # command: (layout after the command byte, needs permission to fly, action)
@@ -94,24 +95,31 @@ class HighLevelCommander:
 
     def setpoint(self, telemetry: Telemetry) -> Setpoint | None:
         """The setpoint of this tick; None when the planner has nothing to say."""
-        goal = self.planner.follow(self._now())
+        goal = self._follow()
         if goal is not None:
-            self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
             return Setpoint(SetpointMode.FULL, *goal)
         self._position, self._velocity = telemetry.position, telemetry.velocity
         x, y, z, w = telemetry.quaternion
         self._yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         return _NULL if self.planner.state is PlannerState.IDLE else None
 
-    def foresee(self) -> Foresight | None:
-        """Goals of the ticks to come; None if they have to be asked for tick by tick: in a landing, say."""
-        foreseen = self.planner.foresee(self._now()) if self.planner.state is PlannerState.FLYING else None
-        return foreseen if foreseen is not None and foreseen.finite else None
+    @property
+    def foreseen(self) -> Foresight | None:
+        """What the latest setpoint is part of; None if setpoints have to be asked for tick by tick: landing, say."""
+        foreseen = self._foreseen
+        usable = foreseen is not None and foreseen.finite and self.planner.state is PlannerState.FLYING
+        return foreseen if usable else None
 
     def catch_up(self) -> None:
         """Nobody asked for the latest ticks' setpoints: what comes next starts from there all the same."""
-        if self.planner.state is PlannerState.FLYING and (goal := self.planner.follow(self._now())) is not None:
+        if self.foreseen is not None:
+            self._follow()
+
+    def _follow(self) -> Evaluation | None:
+        self._foreseen, goal = self.planner.follow(self._now())
+        if goal is not None:
             self._position, self._velocity, self._yaw = goal.position, goal.velocity, goal.yaw
+        return goal
 
     @property
     def _t(self) -> np.float32:

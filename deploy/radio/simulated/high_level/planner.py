@@ -75,18 +75,17 @@ class Planner:
         with np.errstate(all="ignore"):  # clients may have sent anything
             return _valid(Evaluation.of(trajectory.evaluate_all(np.array([t], np.float32))))
 
-    def follow(self, now: float) -> Evaluation | None:
-        """:meth:`goal` of the tick at ``now`` seconds; goals of the ticks to come are computed along with it."""
-        foreseen = self.foresee(now)
-        if foreseen is None:
-            return None
-        return _valid(Evaluation.of(foreseen.goals, round((now - foreseen.begin) / PERIOD)))
-
-    def foresee(self, now: float) -> Foresight | None:
-        """Goals from the tick at ``now`` seconds on, or from an earlier one; None without any.
+    def follow(self, now: float) -> tuple[Foresight | None, Evaluation | None]:
+        """:meth:`goal` of the tick at ``now`` seconds, and what it is part of: goals from this or an earlier tick on.
 
         They hold until the next command or the next write to the trajectory's memory, and no longer than a landing.
         """
+        foreseen = self._foresee(now)
+        if foreseen is None:
+            return None, None
+        return foreseen, _valid(Evaluation.of(foreseen.goals, round((now - foreseen.begin) / PERIOD)))
+
+    def _foresee(self, now: float) -> Foresight | None:
         t = np.float32(now)
         trajectory = self._followed(t)
         if trajectory is None:

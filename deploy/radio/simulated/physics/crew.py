@@ -11,7 +11,7 @@ from deploy.radio.simulated.interface import Firmware, Orders, PoseMeasurement, 
 from deploy.radio.simulated.physics.algebra import GRAVITY, Flags, multiply
 from deploy.radio.simulated.physics.autopilot import Autopilots
 from deploy.radio.simulated.physics.battery import Batteries
-from deploy.radio.simulated.physics.estimator import Estimates, Estimators
+from deploy.radio.simulated.physics.estimator import Estimators
 from deploy.radio.simulated.physics.rigid_body import RigidBodies
 from missions.arrays import Array
 
@@ -54,29 +54,24 @@ class Crew:
             raise ValueError(f"a world of {self._n} drones takes {self._n} firmwares; got {len(firmwares)}")
         self._firmwares = tuple(firmwares)
 
-    def consult(self, t: float, know: Callable[[], Sequence[Row]], obey: Callable[[int, Orders, Orders], bool]) -> bool:
+    def consult(self, t: float, know: Callable[[], Sequence[Row]], obey: Callable[[int, Orders, Orders], None]) -> None:
         """Ask whoever has something to do at ``t`` [s].
 
         Args:
             t: world time.
             know: works out what the drones know of themselves, see :func:`knowledge`; called only if somebody asks.
-            obey: carries out a drone's orders, given those before; whether its estimate jumped.
-
-        Returns:
-            Whether anybody's estimate jumped.
+            obey: carries out a drone's orders, given those before.
         """
         known: Sequence[Row] | None = None
-        jumped = False
         for i, firmware in enumerate(self._firmwares):
             measured = firmware.glance(t)
             if measured is None:
                 known = know() if known is None else known
                 order = firmware.tick(t, _telemetry(*known[i]))
-                jumped |= obey(i, order, self._orders[i])
+                obey(i, order, self._orders[i])
                 self._orders[i], measured = order, order.measurements
             if measured:
                 self._measured.append((i, measured))
-        return jumped
 
     def measurements(self) -> list[Measured]:
         """Poses that reached the drones since the last call: oldest first, at most one of each drone at a time."""
@@ -92,13 +87,13 @@ class Crew:
 
 def knowledge(
     readings: Readings,
-    state: Estimates,
     bodies: RigidBodies,
     estimators: Estimators,
     autopilots: Autopilots,
     batteries: Batteries,
 ) -> list[Row]:
     """What every drone knows of itself: the numbers of :class:`Telemetry`, motors and whether it has tumbled apart."""
+    state = estimators.estimates(bodies)
     block = np.concatenate(
         [
             state.position,
@@ -123,7 +118,7 @@ def knowledge(
 
 def _telemetry(row: list[float], motors: list[int], tumbled: bool) -> Telemetry:
     x, y, z, vx, vy, vz, ax, ay, az, p, q, r, gx, gy, gz = row[:15]
-    px, py, pz, dx, dy, dz, sx, sy, sz, qx, qy, qz, qw = row[15:28]
+    dx, dy, dz, px, py, pz, sx, sy, sz, qx, qy, qz, qw = row[15:28]
     roll, pitch, yaw, rx, ry, rz, mx, my, mz, thrust, volt, height = row[28:]
     m1, m2, m3, m4 = motors
     return Telemetry(

@@ -39,11 +39,9 @@ _DEFAULTS = {
 }  # fmt: skip
 _LOOP = 0.001  # [s]
 # kalman_core.c: stdDevInitialPosition_*, stdDevInitialVelocity, stdDevInitialAttitude_*.
-_INITIAL_DEVIATION = frozen([100.0, 100.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
+_INITIAL_DEVIATION = frozen([0.01, 0.01, 0.01, 100.0, 100.0, 1.0, 0.01, 0.01, 0.01])
 _LEAST, _MOST = 1e-6, 100.0**2  # MIN_COVARIANCE, MAX_COVARIANCE
 _NOBODY = np.zeros(0, dtype=np.intp)
-_DEVIATIONS = [7, 7, 7, 8, 8, 8]  # columns of a measurement's row, for position and attitude
-_MOTION = [0, 1, 2, 6, 7, 8]  # position and velocity among the nine states
 _UNMEASURED = 1e6  # standard deviation that makes an attitude measurement have no effect
 
 
@@ -69,8 +67,8 @@ class Estimators:
 
     Attributes:
         position_error, velocity_error: (N, 3) estimate minus truth, world frame.
-        rotation_error: (N, 4) D as quaternions, (N, 3, 3) in ``matrix``.
-        covariance: (N, 9, 9) what the filter believes of its own error: position, attitude, velocity. What can be
+        rotation_error: (N, 4) D as quaternions, (N, 3, 3) in ``matrix``; both as of the last :meth:`estimates`.
+        covariance: (N, 9, 9) what the filter believes of its own error: attitude, position, velocity. What can be
             measured comes first, so that the measured blocks are plain views.
     """
 
@@ -83,6 +81,7 @@ class Estimators:
         self._diagonal = self.covariance.reshape(n, 81)[:, ::10]
         self._transition = np.tile(np.eye(9), (n, 1, 1))
         self._dt = 0.0
+        self._turned = False  # errors of attitude are not of unit length, or newer than their matrices
         self._parameters = {name: np.full(n, value) for name, value in _DEFAULTS.items()}
         self._tuning = Tuning({"kalman." + name: column for name, column in self._parameters.items()})
         self._tuned()
@@ -94,11 +93,16 @@ class Estimators:
 
     @property
     def variances(self) -> Array:
-        """(N, 9) variances of position, attitude, velocity."""
+        """(N, 9) variances of attitude, position, velocity."""
         return self._diagonal
 
     def estimates(self, bodies: RigidBodies) -> Estimates:
         """What the drones believe, given the truth."""
+        if self._turned:
+            self.rotation_error = algebra.normalised(self.rotation_error)
+            # A new array: estimates that were given out share the one before.
+            self.matrix = algebra.rotation_matrices(self.rotation_error)
+            self._turned = False
         motion = bodies.motion + self._error
         return Estimates(motion[:, :3], motion[:, 3:], np.matmul(self.matrix, bodies.rotation), self.matrix, motion)
 
@@ -112,8 +116,7 @@ class Estimators:
         self.velocity_error[index] = -velocity
         level = algebra.yaw_quaternions(np.array([to[1]]))
         self.rotation_error[index] = algebra.multiply(level, algebra.conjugate(quaternion[None]))[0]
-        # A new array: estimates that were given out share the one before.
-        self.matrix = algebra.rotation_matrices(self.rotation_error)
+        self._turned = True
         self.covariance[index] = np.diag(_INITIAL_DEVIATION**2)
 
     def predict(self, force: Array, felt: Array, turn: Array, dt: float) -> None:
@@ -131,34 +134,34 @@ class Estimators:
         self.velocity_error += change
         change *= 0.5 * dt
         self.position_error += change
-        self._rotate(dt * turn)
+        self.rotation_error = self.rotation_error + _turns(dt * turn, self.rotation_error)
+        self._turned = True
         f = self._transition
         if dt != self._dt:
             self._dt = dt
-            f[:, [0, 1, 2], [6, 7, 8]] = dt
-        f[:, 6:9, 3:6] = algebra.skew(-dt * felt)
+            f[:, [3, 4, 5], [6, 7, 8]] = dt
+        f[:, 6:9, :3] = algebra.skew(-dt * felt)
         np.matmul(np.matmul(f, self.covariance), f.transpose(0, 2, 1), out=self.covariance)
         self._diagonal += self._noise * (dt / _LOOP)
 
     def correct(self, measured: Sequence[tuple[int, PoseMeasurement]], bodies: RigidBodies) -> None:
         """Take at most one pose per drone: (drone, measurement) pairs; the bodies are the truth."""
-        everybody = len(measured) == len(self._error)
-        index: Index | slice = slice(None) if everybody else np.array([i for i, _ in measured])
-        # Position, attitude, and their standard deviations; who measured no attitude "measures" one very badly.
+        index = np.array([i for i, _ in measured])
         rows = np.array([_row(m) for _, m in measured])
-        estimated = algebra.multiply(self.rotation_error[index], bodies.quaternion[index])
+        believed = self.rotation_error.take(index, 0)
+        estimated = algebra.multiply(believed, bodies.quaternion.take(index, 0))
         innovation = np.empty((len(rows), 6))
-        np.subtract(rows[:, :3], bodies.position[index], out=innovation[:, :3])
-        innovation[:, :3] -= self.position_error[index]
+        np.subtract(rows[:, :3], (bodies.motion + self._error).take(index, 0)[:, :3], out=innovation[:, 3:])
         difference = algebra.multiply(rows[:, 3:7], algebra.conjugate(estimated))
         # As a rotation vector, to first order as in the firmware (mm_pose.c) but bounded for large angles.
         length = np.sqrt(np.add.reduce(difference * difference, 1, keepdims=True))
-        np.multiply(difference[:, :3], np.copysign(2.0, difference[:, 3:]) / length, out=innovation[:, 3:])
-        if not math.isfinite(np.add.reduce(innovation, None) + np.add.reduce(rows, None)):
+        np.multiply(difference[:, :3], np.copysign(2.0, difference[:, 3:]) / length, out=innovation[:, :3])
+        noise = rows[:, 7:]
+        if not math.isfinite(np.add.reduce(innovation + noise, None)):
             usable = np.isfinite(innovation).all(axis=1) & np.isfinite(rows).all(axis=1)
             self._correct_by_numbers(measured, usable, bodies)
             return
-        self._update(index, innovation, np.square(rows[:, _DEVIATIONS]))
+        self._update(index, innovation, noise, believed)
 
     def _correct_by_numbers(
         self, measured: Sequence[tuple[int, PoseMeasurement]], usable: NDArray[np.bool_], bodies: RigidBodies
@@ -189,41 +192,54 @@ class Estimators:
         gyro = np.stack([p["mNGyro_rollpitch"], p["mNGyro_rollpitch"], p["mNGyro_yaw"]], axis=1)
         position, velocity, attitude = (p[name][:, None] for name in ("pNPos", "pNVel", "pNAtt"))
         deviations = (
-            acceleration * dt * dt + velocity * dt + position,
             gyro * dt + attitude,
+            acceleration * dt * dt + velocity * dt + position,
             acceleration * dt + velocity,
         )
         noise = np.concatenate(deviations, axis=1) ** 2
         # Parameters are what clients make them: with noise that is no number, or endless, S could not be inverted.
         self._noise = np.minimum(np.nan_to_num(noise, nan=0.0), _MOST)
 
-    def _update(self, index: Index | slice, innovation: Array, noise: Array) -> None:
-        """Kalman update of some drones: innovations (K, 6) of position and attitude, noise variances (K, 6)."""
-        p = self.covariance[index]
+    def _update(self, index: Index, innovation: Array, noise: Array, believed: Array) -> None:
+        """Kalman update of K drones.
+
+        Args:
+            index: (K,) which.
+            innovation: (K, 6) of attitude and position.
+            noise: (K, 6) their variances.
+            believed: (K, 4) errors of attitude before.
+        """
+        p = self.covariance.take(index, 0)
         s = p[:, :6, :6].copy()
         s.reshape(-1, 36)[:, ::7] += noise  # the diagonals
         weights = np.linalg.solve(s, p[:, :6])  # S⁻¹ H P: the gain's transpose, S being symmetric
         step = np.matmul(innovation[:, None, :], weights)[:, 0]
-        self._error[index] += step[:, _MOTION]
-        rotation = np.zeros_like(self.position_error)
-        rotation[index] = step[:, 3:6]
-        self._rotate(rotation)
-        p = p - np.matmul(p[:, :, :6], weights)
-        p += p.transpose(0, 2, 1)
+        self._error[index] += step[:, 3:]
+        self.rotation_error[index] = believed + _turns(step[:, :3], believed)
+        self._turned = True
+        p -= np.matmul(p[:, :, :6], weights)
+        p = p + p.transpose(0, 2, 1)
         p *= 0.5
         diagonal = p.reshape(-1, 81)[:, ::10]
         np.minimum(np.maximum(diagonal, _LEAST, out=diagonal), _MOST, out=diagonal)
         self.covariance[index] = p
 
-    def _rotate(self, rotation: Array) -> None:
-        """Turn the estimated attitudes by rotation vectors (N, 3), world frame: Cayley's map, exact to second order."""
-        half = np.ones((len(rotation), 4))
-        np.multiply(rotation, 0.5, out=half[:, :3])
-        self.rotation_error = algebra.normalised(algebra.multiply(half, self.rotation_error))
-        self.matrix = algebra.rotation_matrices(self.rotation_error)
+
+def _turns(rotation: Array, q: Array) -> Array:
+    """What to add to attitudes (N, 4) to turn them by rotation vectors (N, 3), world frame, up to their length.
+
+    Cayley's map, exact to second order.
+    """
+    half = np.zeros((len(rotation), 4))
+    np.multiply(rotation, 0.5, out=half[:, :3])
+    return algebra.multiply(half, q)
 
 
 def _row(m: PoseMeasurement) -> tuple[float, ...]:
+    """Position, attitude, and variances of attitude and position; who measured no attitude did so very badly."""
+    position = m.std_position * m.std_position
     if m.quaternion is None:
-        return (*m.position, 0.0, 0.0, 0.0, 1.0, m.std_position, _UNMEASURED)
-    return (*m.position, *m.quaternion, m.std_position, m.std_quaternion)
+        attitude = _UNMEASURED * _UNMEASURED
+        return (*m.position, 0.0, 0.0, 0.0, 1.0, attitude, attitude, attitude, position, position, position)
+    attitude = m.std_quaternion * m.std_quaternion
+    return (*m.position, *m.quaternion, attitude, attitude, attitude, position, position, position)

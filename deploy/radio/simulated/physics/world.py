@@ -182,18 +182,13 @@ class World:
         """The 100 Hz work at the end of a tick: sense, tell the firmwares, obey, aim."""
         bodies, estimators = self.bodies, self.estimators
         readings = self._sense()
-        state = estimators.estimates(bodies)
-        reset = self._crew.consult(
-            self.t,
-            lambda: knowledge(readings, state, bodies, estimators, self.autopilots, self.batteries),
-            self._obey,
+        self._crew.consult(
+            self.t, lambda: knowledge(readings, bodies, estimators, self.autopilots, self.batteries), self._obey
         )
         self.autopilots.setpoints.turn(self._steps // STEPS_PER_TICK)
-        corrections = self._crew.measurements()
-        for measured in corrections:
+        for measured in self._crew.measurements():
             estimators.correct(measured, bodies)
-        if reset or corrections:
-            state = estimators.estimates(bodies)
+        state = estimators.estimates(bodies)
         if self._steps % _BATTERY_STEPS == 0:
             self.batteries.draw(self.rotors.thrust, _BATTERY_STEPS * STEP)
             self.rotors.limit(self.batteries.available_thrust())
@@ -235,8 +230,8 @@ class World:
         out: Array = downwash(self.bodies.position, thrust) / -self._mass
         return out
 
-    def _obey(self, i: int, order: Orders, before: Orders) -> bool:
-        """Carry out what a firmware ordered; whether its drone's estimate jumped."""
+    def _obey(self, i: int, order: Orders, before: Orders) -> None:
+        """Carry out what a firmware ordered."""
         autopilots = self.autopilots
         autopilots.setpoints.take(i, order.setpoint, order.course)
         if order.motors_allowed is not before.motors_allowed or order.controller != before.controller:
@@ -247,7 +242,6 @@ class World:
             self.estimators.tune(i, order.tuning)
         if order.reset_estimator:
             self._reset_estimator(i, order.initial_pose)
-        return order.reset_estimator
 
     def _reset_estimator(self, i: int, to: tuple[Vec3, float]) -> None:
         b = self.bodies
