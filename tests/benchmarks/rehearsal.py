@@ -2,8 +2,9 @@
 
 Simulated seconds per CPU second against the number of drones; cflib, flight log and all checks included, tables of
 contents cached as in every flight but the first. Each row is a process of its own. Planning is not in it: the drones
-fly one smooth piece each, side by side. CPU seconds depend on the machine and on who else uses it: the last line says
-how fast it was meanwhile.
+fly one smooth piece each, side by side. The column ``cflib alone`` is what no rehearsal can exceed here, see
+``cflib_alone.py``. CPU seconds depend on the machine and on who else uses it: the last line says how fast it was
+meanwhile.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from planner.plan import Plan
 from planner.trajectory.encode import decode, encode
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.transfer.plan import plan_transfers
+from tests.benchmarks import cflib_alone
 
 COUNTS = (1, 4, 10, 30, 50)
 DURATION = 30.0  # s of search
@@ -46,11 +48,17 @@ _SMOOTH = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0]) * DURATION **
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table; cpu in CPU seconds, cold and cached in CPU and in flight seconds, memory in MB a drone."""
+    """One line of the table.
+
+    Attributes:
+        simulated: flight seconds. cpu: CPU seconds that they took; alone: those of cflib for one of them.
+        cold, cached: to connect, in CPU and in flight seconds. memory: MB a drone.
+    """
 
     drones: int
     simulated: float
     cpu: float
+    alone: float
     cold: tuple[float, float]
     cached: tuple[float, float]
     memory: float
@@ -60,14 +68,15 @@ class Row:
         asked = f"{ASKED[self.drones]:.0f} ×" if self.drones in ASKED else ""
         return (
             f"{self.drones:6d} {self.simulated:12.1f} {self.cpu:8.1f} {self.simulated / self.cpu:12.1f} × {asked:>6s} "
+            f"{1.0 / self.alone:9.0f} × "
             f"{self.cold[0]:8.2f} {self.cold[1]:6.1f} {self.cached[0]:8.2f} {self.cached[1]:6.1f} {self.memory:9.1f}   "
             f"{self.ended}"
         )
 
 
 HEADER = (
-    f"{'':39s} {'asked':>9s} {'connect cold':>15s} {'cached':>15s} {'MB per':>9s}\n"
-    f"{'drones':>6s} {'simulated s':>12s} {'CPU s':>8s} {'real time':>14s} {'':>6s} "
+    f"{'':39s} {'asked':>9s} {'cflib':>11s} {'connect cold':>15s} {'cached':>15s} {'MB per':>9s}\n"
+    f"{'drones':>6s} {'simulated s':>12s} {'CPU s':>8s} {'real time':>14s} {'':>6s} {'alone':>11s} "
     f"{'CPU s':>8s} {'radio':>6s} {'CPU s':>8s} {'radio':>6s} {'drone':>9s}   ended"
 )
 
@@ -112,8 +121,10 @@ def measure(count: int) -> Row:
         start = time.process_time()
         outcome, _ = rehearse(plan, log_path=Path(folder) / "flight.mcap")
         cpu = time.process_time() - start
-    memory = (_resident() - before) / count
-    return Row(count, outcome.duration, cpu, cold, cached, memory, f"{outcome.phase.value} {outcome.reason}".strip())
+        memory = (_resident() - before) / count
+        alone = cflib_alone.cost(plan.mission, tables)
+    ended = f"{outcome.phase.value} {outcome.reason}".strip()
+    return Row(count, outcome.duration, cpu, alone, cold, cached, memory, ended)
 
 
 def _connection(plan: FlightPlan, tables: Path) -> tuple[float, float]:
