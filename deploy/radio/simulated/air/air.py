@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from deploy.radio.simulated.air.dongle import Dongle
-from deploy.radio.simulated.air.line import Debt, Line, Receiver
+from deploy.radio.simulated.air.line import Line, Receiver
 from deploy.radio.simulated.air.model import AirModel, Station
+from deploy.radio.simulated.air.packets import Debt
 
 
 class Air:

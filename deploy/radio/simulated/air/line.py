@@ -11,10 +11,11 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from deploy.radio.simulated.air.fading import Fading
 from deploy.radio.simulated.air.model import AirModel, Station
+from deploy.radio.simulated.air.packets import Debt, Down, Up
 
 LOST_IN_A_ROW = 100  # cflib: _nr_of_retries
 LONGEST_WAIT = 2.0  # [s] cflib: a packet that nobody fetches for so long is a link error
@@ -40,30 +41,6 @@ class Receiver(Protocol):
 
     def receive(self, header: int, data: bytes) -> None:
         """A packet from the client."""
-
-
-class Up(NamedTuple):
-    """A packet to the drone: since when it waits, or when it arrives [s]."""
-
-    t: float
-    header: int
-    data: bytes
-
-
-class Down(NamedTuple):
-    """A packet to the client: since when it waits, or when it arrives [s]."""
-
-    t: float
-    port: int
-    channel: int
-    data: bytes
-
-
-class Debt(NamedTuple):
-    """What packets that were handed over at once would have taken [s]: the line by itself, and its dongle."""
-
-    line: float = 0.0
-    dongle: float = 0.0
 
 
 class Line:
