@@ -79,11 +79,14 @@ def _plain(console: Console, board: Dashboard) -> Callable[[FlightStatus], None]
     def observe(status: FlightStatus) -> None:
         nonlocal due, phase
         if board.note(status) or status.phase is not phase:
-            console.print(f"{status.t:7.1f} s  {_words(status.phase)}: {status.message}", markup=False, soft_wrap=True)
+            words = _words(status.phase)
+            said = f": {status.message}" if status.message not in ("", words, status.phase.value) else ""
+            console.print(f"{status.t:7.1f} s  {words}{said}", markup=False, soft_wrap=True)
             phase = status.phase
-        if status.t >= due:
+        figures = worst(status)
+        if figures and status.t >= due:
             due = status.t + LINES_EVERY
-            console.print(f"{status.t:7.1f} s  {worst(status)}", markup=False, soft_wrap=True)
+            console.print(f"{status.t:7.1f} s  {figures}", markup=False, soft_wrap=True)
 
     return observe
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
+from deploy.cli.__main__ import main
 from deploy.errors import LogFileError
 from deploy.flightlog.reader import read_log
 from tests.deploy import synthetic_flight as synthetic
@@ -50,6 +51,22 @@ def test_a_log_cut_anywhere_gives_what_is_left_or_one_line(flight, tmp_path):
         assert record.complete <= finished
         assert record.complete or record.problems
     assert read > 25
+
+
+def test_a_log_cut_anywhere_is_reported_or_refused_in_one_line(tmp_path, capsys):
+    path = tmp_path / "short.mcap"
+    synthetic.write_flight(path, synthetic.flight_plan(duration=3.0, robots=1))
+    data, codes = path.read_bytes(), []
+    for number, cut in enumerate(np.random.default_rng(6).integers(0, len(data), 50)):
+        part = tmp_path / f"{number}.mcap.part"
+        part.write_bytes(data[:cut])
+        codes.append(main(["report", str(part)]))
+        said = capsys.readouterr()
+        assert "Traceback" not in said.out + said.err
+        assert (codes[-1] == 2) == said.err.startswith("ergoflie: ")
+        assert said.err.count("\n") == (codes[-1] == 2)
+        assert (codes[-1] == 2) != (tmp_path / f"{number}.html").exists()
+    assert len({*codes}) > 1
 
 
 def test_later_cuts_keep_more(flight, tmp_path):

@@ -166,6 +166,33 @@ def test_kill_9_keeps_everything_up_to_the_last_event(tmp_path):
     assert record.metadata["seed"] == "3"
 
 
+ALIVE = """
+import sys, time
+from deploy.flightlog.writer import FlightLog
+log = FlightLog(sys.argv[1], 1.0e9, {}, {})
+begin = time.monotonic()
+while True:
+    t = time.monotonic() - begin
+    log.pose("cf1", t, (t, 0, 0))
+    print(t, flush=True)
+    time.sleep(0.002 if t % 1.0 < 0.7 else 0.3)  # also with nothing to write for a while
+"""
+
+
+@pytest.mark.parametrize("line", [5, 130, 400])
+def test_kill_9_at_any_moment_costs_at_most_the_last_second(tmp_path, line):
+    path = tmp_path / "killed.mcap"
+    env = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    victim = subprocess.Popen([sys.executable, "-c", ALIVE, str(path)], stdout=subprocess.PIPE, env=env)
+    for _ in range(line):
+        said = victim.stdout.readline()
+    victim.send_signal(signal.SIGKILL)
+    rest, _ = victim.communicate()
+    written = [float(word) for word in (said + rest).split()]
+    kept = read_log(path.with_name("killed.mcap.part")).of("cf1", "pose")
+    assert (0.0 if kept is None else kept.t[-1]) >= written[-1] - 1.0
+
+
 def test_a_stuck_disk_costs_records_not_time(tmp_path, monkeypatch):
     monkeypatch.setattr(recorder, "CAPACITY", 10)
     stuck = threading.Event()
