@@ -58,7 +58,7 @@ class Rescue:
                 if now >= attempt.due - 1e-9:
                     attempt.aside = Aside(partial(self._fleet[name].reconnect, self._rate), self._clock, f"{name}-link")
                     attempt.aside.start()
-            elif attempt.aside.done:
+            elif attempt.aside.done and not self._clock.owes():  # what it took on the air has passed
                 del self._attempts[name]  # first: a bug is raised once, not every turn
                 try:
                     attempt.aside.outcome()
