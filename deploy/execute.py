@@ -7,6 +7,7 @@ whatever goes wrong in the air, including a bug of ours, brings everybody down b
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
@@ -29,28 +30,31 @@ from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 
 
-def fly(
-    flight_plan: FlightPlan,
-    *,
-    uris: Mapping[str, str],
-    mocap: MocapSource | None,
-    clock: Clock,
-    log: FlightLog,
-    operator: Operator | None = None,
-    observer: Callable[[FlightStatus], None] | None = None,
-    toc_cache: Path | None = None,
-) -> FlightOutcome:
-    """Fly a certified plan.
+@dataclass(frozen=True)
+class Equipment:
+    """What a flight is flown with; nothing in it says whether it is real.
 
-    Args:
-        flight_plan: what to fly. Its certificate has to pass and to be for these bytes.
+    Attributes:
         uris: link URI by robot.
-        mocap: where the drones are seen; None if they position themselves. The caller closes it.
+        mocap: where the drones are seen; None if they position themselves. Whoever made it closes it.
         clock: of everything.
-        log: where everything is written. The caller closes it.
-        operator: who may end the flight; default: nobody.
+        log: where everything is written. Whoever made it closes it.
+        operator: who may end the flight.
         observer: told ten times a second how it goes; must return quickly.
         toc_cache: folder for the drones' tables of contents.
+    """
+
+    uris: Mapping[str, str]
+    mocap: MocapSource | None
+    clock: Clock
+    log: FlightLog
+    operator: Operator = Nobody()  # noqa: RUF009 - has no state
+    observer: Callable[[FlightStatus], None] | None = None
+    toc_cache: Path | None = None
+
+
+def fly(flight_plan: FlightPlan, equipment: Equipment) -> FlightOutcome:
+    """Fly a certified plan: its certificate has to pass and to be for these bytes.
 
     Returns:
         How it ended, also after an abort or an emergency stop.
@@ -61,53 +65,35 @@ def fly(
         FlightAborted: it ended before take-off (a drone did not get ready, or the operator said so).
     """
     PreflightReport(check_plan(flight_plan)).require()
-    flight = _flight(flight_plan, uris, mocap, clock, log, operator, observer, toc_cache)
+    flight = _flight(flight_plan, equipment)
     try:
         return _fly(flight)
     finally:
         _close(flight)
 
 
-def check(
-    flight_plan: FlightPlan,
-    *,
-    uris: Mapping[str, str],
-    mocap: MocapSource | None,
-    clock: Clock,
-    log: FlightLog,
-    operator: Operator | None = None,
-    observer: Callable[[FlightStatus], None] | None = None,
-    toc_cache: Path | None = None,
-) -> PreflightReport:
-    """Make every pre-flight check of a plan and its drones, and fly nothing; arguments as of :func:`fly`.
+def check(flight_plan: FlightPlan, equipment: Equipment) -> PreflightReport:
+    """Make every pre-flight check of a plan and its drones, and fly nothing.
 
     Drones that cannot be connected fail the check ``connection``; the others are checked all the same.
 
     Raises:
         FlightAborted: the operator said so.
     """
-    flight = _flight(flight_plan, uris, mocap, clock, log, operator, observer, toc_cache)
+    flight = _flight(flight_plan, equipment)
     try:
         return Muster(flight).check()
     finally:
         _close(flight)
 
 
-def _flight(
-    flight_plan: FlightPlan,
-    uris: Mapping[str, str],
-    mocap: MocapSource | None,
-    clock: Clock,
-    log: FlightLog,
-    operator: Operator | None,
-    observer: Callable[[FlightStatus], None] | None,
-    toc_cache: Path | None,
-) -> Flight:
+def _flight(flight_plan: FlightPlan, equipment: Equipment) -> Flight:
+    uris, clock = equipment.uris, equipment.clock
     names = [robot.name for robot in flight_plan.mission.robots]
     if missing := [name for name in names if not uris.get(name)]:
         raise DeployError(f"no link URI for {', '.join(missing)}; give each robot a 'uri' in the mission")
-    fleet = Fleet([Drone(name, uris[name], clock, toc_cache) for name in names], clock)
-    return Flight(flight_plan, fleet, mocap, clock, log, operator or Nobody(), observer)
+    fleet = Fleet([Drone(name, uris[name], clock, equipment.toc_cache) for name in names], clock)
+    return Flight(flight_plan, fleet, equipment.mocap, clock, equipment.log, equipment.operator, equipment.observer)
 
 
 def _fly(flight: Flight) -> FlightOutcome:

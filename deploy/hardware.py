@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
-from deploy.clock import Clock, SystemClock
+from deploy.clock import SystemClock
 from deploy.errors import LinkError
-from deploy.execute import check, fly
+from deploy.execute import Equipment, check, fly
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.flightlog.attachments import attachments
 from deploy.flightlog.writer import FlightLog
@@ -20,7 +20,7 @@ from missions.schema import Mission
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 
-T_co = TypeVar("T_co", covariant=True)
+T = TypeVar("T")
 
 
 def uris_of(mission: Mission) -> Mapping[str, str]:
@@ -92,32 +92,15 @@ def check_hardware(
     return _on_hardware(check, flight_plan, log_path, mocap, operator, observer, tap)
 
 
-class _Act(Protocol[T_co]):
-    """``fly`` or ``check``."""
-
-    def __call__(
-        self,
-        flight_plan: FlightPlan,
-        *,
-        uris: Mapping[str, str],
-        mocap: MocapSource | None,
-        clock: Clock,
-        log: FlightLog,
-        operator: Operator | None,
-        observer: Callable[[FlightStatus], None] | None,
-        toc_cache: Path | None,
-    ) -> T_co: ...
-
-
 def _on_hardware(
-    act: _Act[T_co],
+    act: Callable[[FlightPlan, Equipment], T],
     flight_plan: FlightPlan,
     log_path: str | Path,
     mocap: Callable[[SystemClock], MocapSource | None],
     operator: Operator,
     observer: Callable[[FlightStatus], None] | None,
     tap: Callable[[int, str, bytes], None] | None,
-) -> tuple[T_co, Path]:
+) -> tuple[T, Path]:
     uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
     source = mocap(clock)
@@ -125,16 +108,8 @@ def _on_hardware(
         metadata = {**flight_plan.versions, "backend": "hardware"}
         with FlightLog(log_path, clock.epoch, attachments(flight_plan, uris), metadata) as log:
             log.tap = tap
-            result = act(
-                flight_plan,
-                uris=uris,
-                mocap=source,
-                clock=clock,
-                log=log,
-                operator=operator,
-                observer=observer,
-                toc_cache=toc_cache("hardware"),
-            )
+            cache = toc_cache("hardware")
+            result = act(flight_plan, Equipment(uris, source, clock, log, operator, observer, cache))
     finally:
         if source is not None:
             source.close()

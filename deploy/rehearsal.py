@@ -11,7 +11,7 @@ import deploy.radio.simulated
 import deploy.radio.simulated.physics
 from deploy.clock import VirtualClock
 from deploy.errors import DeployError
-from deploy.execute import fly
+from deploy.execute import Equipment, fly
 from deploy.flight.records import FlightOutcome, FlightStatus
 from deploy.flightlog.attachments import attachments
 from deploy.operator import Either, Interrupts, Nobody, Operator
@@ -208,16 +208,9 @@ def rehearse(
         props = None if scenario is None else stage.play(scenario, log)
         try:
             stage.begin()
-            outcome = fly(
-                flight_plan,
-                uris=stage.swarm.uris(),
-                mocap=stage.position(),
-                clock=stage.clock,
-                log=log,
-                operator=Either(operator or Nobody(), stage.operator),
-                observer=observer,
-                toc_cache=tables,
-            )
+            who = Either(operator or Nobody(), stage.operator)
+            equipment = Equipment(stage.swarm.uris(), stage.position(), stage.clock, log, who, observer, tables)
+            outcome = fly(flight_plan, equipment)
         except ProcessKilled as killed:
             if props is None:
                 raise

@@ -17,7 +17,7 @@ flipped attitude  turned faster than a drone can             position only
 ================  =========================================  ==================================================
 
 Two witnesses are heard. *Motion*, as long as a robot is believed at least every ``GAP``: constant velocity, and what
-``AGILITY`` adds to it. After a longer gap that says too little, and the robot's *own word* decides: its estimate, which
+full thrust adds to it. After a longer gap that says too little, and the robot's *own word* decides: its estimate, which
 inertia has carried on. Where a pose is nearly as likely to be another robot's, nothing is said of either.
 
 Before :meth:`Gate.close` names are as the system gives them: on the ground the pads tell who is who (pre-flight).
@@ -29,37 +29,21 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from missions.arrays import Array
 from mocap.source import MocapFrame, Pose
+from mocap.track import Track, Word, carried_on, reach
 from mocap.tracking.assignment import assign
 
-Vec3 = tuple[float, float, float]
-Quat = tuple[float, float, float, float]
 GAP = 0.1  # s; up to here motion tells, beyond it the robot's own word
-_NOISE = 0.10  # m; far above any system's, and a third of what the closest robots keep
-_UNSURE = 1.0  # m/s; error of the velocity while a robot turns
-_AGILITY = 25.0  # m/s²; full thrust and gravity together
-_SMOOTHING = 0.05  # s; time constant of the velocity
 _WORD = 0.5  # s; an older word says nothing
 _AGREEMENT, _DRIFT = 0.2, 0.4  # m, m/s: between a word that inertia has carried on and the truth
 _FORGOTTEN = 2.0  # s; who has not been believed for so long may be anywhere
 _TRUST = 0.25  # squared distance that a reported name is worth: the other pose has to be twice as near
-_SPIN, _TWIST = 35.0, 0.35  # rad/s (2000 °/s, what the gyroscopes measure), rad
-_UPRIGHT = 0.8  # rad between a reported attitude and the robot's own word
 _MATCHED = 1.0e6  # m²; worth of a match, more than any distance
-
-
-class Word(NamedTuple):
-    """What a robot says of itself: when (flight clock [s]), where [m], how fast [m/s], roll, pitch, yaw [rad]."""
-
-    t: float
-    position: Vec3
-    velocity: Vec3
-    rpy: Vec3
 
 
 @dataclass(frozen=True)
@@ -85,30 +69,6 @@ class Admitted:
     incidents: tuple[Incident, ...] = ()
 
 
-@dataclass
-class _Track:
-    """What is known of one robot.
-
-    Attributes:
-        t: when it was believed last [s]. position, velocity: then [m], [m/s].
-        attitude: last believed one, at ``turned`` [s]. refused: poses since then. askew: whether attitudes are refused.
-        ghost: newest pose of those that began with a jump and went on from there, if the last one was such.
-    """
-
-    t: float
-    position: Vec3
-    velocity: Vec3 = (0.0, 0.0, 0.0)
-    attitude: Quat | None = None
-    turned: float = -math.inf
-    refused: int = 0
-    askew: bool = False
-    ghost: tuple[float, Vec3] | None = None
-
-    def predicted(self, t: float) -> Vec3:
-        """Where it should be at t [m]."""
-        return _carried_on(self.position, self.velocity, t - self.t)
-
-
 class _Body:
     """The numbers a body was last reported with."""
 
@@ -129,7 +89,7 @@ class Gate:
     def __init__(self, bodies: Mapping[str, str], word: Callable[[str], Word | None]) -> None:
         self._named, self._word = dict(bodies), word
         self._bodies = {body: _Body() for body in bodies.values()}
-        self._tracks: dict[str, _Track] = {}
+        self._tracks: dict[str, Track] = {}
         self._t = -math.inf
         self._closed = False
 
@@ -150,7 +110,7 @@ class Gate:
         seen = {robot: frame.bodies[body] for robot, body in self._named.items() if _is_seen(frame, body)}
         if not self._closed:
             for robot, pose in seen.items():
-                self._tracks[robot] = _Track(frame.t, pose.position, attitude=pose.quaternion, turned=frame.t)
+                self._tracks[robot] = Track(frame.t, pose.position, attitude=pose.quaternion, turned=frame.t)
             return Admitted(seen)
         incidents: list[Incident] = []
         fresh = {robot: pose for robot, pose in seen.items() if self._changes(robot, pose, incidents)}
@@ -180,14 +140,14 @@ class Gate:
         track = self._tracks.get(robot)
         if track is None or self._t - track.t > GAP:
             return False
-        return math.dist(pose.position, track.predicted(self._t)) <= _reach(self._t - track.t)
+        return math.dist(pose.position, track.predicted(self._t)) <= reach(self._t - track.t)
 
     def _haunts(self, robot: str, pose: Pose) -> bool:
         """Whether a pose goes on from one that jumped there: it was wrong, and does not become right by lasting."""
         track = self._tracks.get(robot)
         if track is None or track.ghost is None or self._t - track.ghost[0] > GAP:
             return False
-        return math.dist(pose.position, track.ghost[1]) <= _reach(self._t - track.ghost[0])
+        return math.dist(pose.position, track.ghost[1]) <= reach(self._t - track.ghost[0])
 
     def _recognise(
         self, sought: Sequence[str], fresh: Mapping[str, Pose], ghosts: Collection[str], incidents: list[Incident]
@@ -223,14 +183,14 @@ class Gate:
         track, word = self._tracks.get(robot), self._fresh_word(robot)
         gap = self._t - track.t if track else math.inf
         if word is not None and gap > GAP:
-            expected = _carried_on(word.position, word.velocity, self._t - word.t)
-            reach = _AGREEMENT + _DRIFT * min(gap, _FORGOTTEN)
+            expected = carried_on(word.position, word.velocity, self._t - word.t)
+            far = _AGREEMENT + _DRIFT * min(gap, _FORGOTTEN)
         elif track is not None and track.t > -math.inf:
-            expected, reach = track.predicted(self._t), _reach(gap)
+            expected, far = track.predicted(self._t), reach(gap)
         else:
             return np.full(len(z), math.inf)
         squared: Array = ((z - np.array(expected)) ** 2).sum(axis=1)
-        return np.where(squared <= reach * reach, squared, math.inf)
+        return np.where(squared <= far * far, squared, math.inf)
 
     def _fresh_word(self, robot: str) -> Word | None:
         word = self._word(robot)
@@ -242,7 +202,7 @@ class Gate:
         refused = [robot for robot in fresh if robot not in believed]
         new = {}
         for robot in refused:
-            track = self._tracks.setdefault(robot, _Track(-math.inf, fresh[robot].position))
+            track = self._tracks.setdefault(robot, Track(-math.inf, fresh[robot].position))
             if self._t - track.t <= GAP or self._haunts(robot, fresh[robot]):
                 track.ghost = self._t, fresh[robot].position
             if not track.refused:
@@ -259,36 +219,22 @@ class Gate:
 
     def _take(self, robot: str, pose: Pose, incidents: list[Incident]) -> Pose:
         """Note a believed pose; returns it, without an attitude that cannot be."""
-        track = self._tracks.setdefault(robot, _Track(-math.inf, pose.position))
+        track = self._tracks.setdefault(robot, Track(-math.inf, pose.position))
         if track.refused and track.t > -math.inf:
             text = f"believed again after {self._t - track.t:.2f} s, {track.refused} poses not told"
             incidents.append(Incident("again", (robot,), text, self._t - track.t))
-        dt, word = self._t - track.t, None
-        if dt <= GAP:
-            share = 1.0 - math.exp(-dt / _SMOOTHING)
-            (x, y, z), (px, py, pz), (u, v, w) = pose.position, track.position, track.velocity
-            track.velocity = (
-                u + share * ((x - px) / dt - u),
-                v + share * ((y - py) / dt - v),
-                w + share * ((z - pz) / dt - w),
-            )
+        if self._t - track.t <= GAP:
+            track.move(pose.position, self._t)
         else:
             word = self._fresh_word(robot)
-            track.velocity = word.velocity if word else (0.0, 0.0, 0.0)
-        track.t, track.position, track.refused, track.ghost = self._t, pose.position, 0, None
+            track.restart(pose.position, word.velocity if word else (0.0, 0.0, 0.0), self._t)
         return self._upright(robot, track, pose, incidents)
 
-    def _upright(self, robot: str, track: _Track, pose: Pose, incidents: list[Incident]) -> Pose:
+    def _upright(self, robot: str, track: Track, pose: Pose, incidents: list[Incident]) -> Pose:
         if pose.quaternion is None:
             return pose
-        off, allowed = 0.0, _TWIST + _SPIN * (self._t - track.turned)
-        if track.attitude is not None and allowed < math.pi and not track.askew:
-            off = _angle(pose.quaternion, track.attitude)
-        elif word := self._fresh_word(robot):
-            off, allowed = _angle(pose.quaternion, _quaternion(word.rpy)), _UPRIGHT
-        elif track.askew:
-            off, allowed = math.inf, 0.0
-        if off <= allowed:
+        off = track.turn_off(pose.quaternion, self._t, self._fresh_word(robot))
+        if not off:
             track.attitude, track.turned, track.askew = pose.quaternion, self._t, False
             return pose
         if not track.askew:
@@ -296,16 +242,6 @@ class Gate:
             text = f"attitude off by {math.degrees(off):.0f}° at once: only its position is told to it"
             incidents.append(Incident("attitude", (robot,), text, off))
         return Pose(pose.position)
-
-
-def _carried_on(position: Vec3, velocity: Vec3, dt: float) -> Vec3:
-    # A thousand times a second with ten drones, as what follows: written out, for speed.
-    return position[0] + velocity[0] * dt, position[1] + velocity[1] * dt, position[2] + velocity[2] * dt
-
-
-def _reach(dt: float) -> float:
-    """How far from its predicted place a robot may be after so long [m]."""
-    return _NOISE + _UNSURE * dt + 0.5 * _AGILITY * dt * dt
 
 
 def _is_seen(frame: MocapFrame, body: str) -> bool:
@@ -332,22 +268,3 @@ def _cycles(successor: Mapping[int, int]) -> list[list[int]]:
         if cycle and at == first:
             cycles.append(cycle)
     return cycles
-
-
-def _angle(a: Quat, b: Quat) -> float:
-    """Between two attitudes [rad]; the quaternions need not have unit length."""
-    x, y, z, w = a
-    p, q, r, s = b
-    scale = math.sqrt((x * x + y * y + z * z + w * w) * (p * p + q * q + r * r + s * s))
-    return 2.0 * math.acos(min(1.0, abs(x * p + y * q + z * r + w * s) / scale)) if scale else math.pi
-
-
-def _quaternion(rpy: Vec3) -> Quat:
-    """x, y, z, w of roll, pitch, yaw [rad]: first roll, last yaw."""
-    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(0.5 * angle), math.sin(0.5 * angle)) for angle in rpy)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )

@@ -54,7 +54,7 @@ def connect(flight: Flight, names: Names) -> Failures:
     wanted = parameters_of(mission, flight.poses.external)
 
     def set_up(drone: Drone) -> Ready:
-        drone.connect()
+        drone.connect(TABLE[Phase.IDLE].allowance)
         held = {name: drone.set_parameter(name, value) for name, value in wanted.items()}
         drone.start_telemetry(mission.flight.log_rate)
         try:

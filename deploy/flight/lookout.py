@@ -102,6 +102,7 @@ class Lookout:
             tuple if position is None else partial(self._ahead, name, now, position, velocity, reference),
             tilt(*estimate.rpy[:2]) if estimate else math.nan,
             status.voltage if status else math.nan,
+            now - estimate.t if estimate else 0.0,
         )
 
     def _ahead(self, name: str, now: float, position: Vec3, velocity: Vec3, reference: Vec3 | None) -> tuple[Vec3, ...]:

@@ -98,25 +98,33 @@ def land(flight: Flight) -> dict[str, bool]:
 def _chase(flight: Flight, silent: list[str], replies: dict[str, Reply]) -> list[str]:
     """Ask those that did not answer the start what they do; repeat it to those that hover. Returns who flies it."""
     asked = {name: flight.fleet[name].request_supervisor() for name in silent}
-    flight.wait_until(lambda: all(reply.here for reply in asked.values()), RETRY)
-    words = {n: Supervisor(int.from_bytes(r.payload[1:3], "little")) for n, r in asked.items() if r.here}
-    moving = [name for name, word in words.items() if word.manoeuvring]
+    flight.wait_until(lambda: all(asked[name].here or replies[name].here for name in silent), RETRY)
+    moving, repeated = [], []
     for name in silent:
         late = flight.clock.now() - replies[name].sent
-        if name in moving:
+        flies = _manoeuvres(asked[name])
+        if replies[name].here:  # meanwhile: its code says the rest
+            text = f"start answered only {late * 1000:.0f} ms after it was given"
+        elif flies:
+            moving.append(name)
             text = "start not answered, but it flies"
-        elif name not in words:
-            text = "start not answered, and nobody knows whether it flies: not repeated"
+        elif flies is None:
+            text = "start not answered, and it does not say whether it flies: not repeated"
         elif jump := too_late(flight, name, late):
-            text = f"start not answered, and not repeated {late * 1000:.0f} ms late: {jump}"
+            text = f"start not answered; it hovers; not repeated {late * 1000:.0f} ms late: {jump}"
         else:
-            text = "start not answered, repeated once"
+            repeated.append(name)
+            text = f"start not answered; it hovers; repeated once, {late * 1000:.0f} ms late"
             flight.fleet[name].resend(replies[name])
-        flight.event("repeat", text, robot=name, level="warning")
-    flight.wait_until(
-        lambda: all(replies[name].here for name in silent if name not in moving), _START_PATIENCE - 2 * RETRY
-    )
+        flight.event("repeat", text, robot=name, level="warning", value=late)
+    if repeated:
+        flight.wait_until(lambda: all(replies[name].here for name in repeated), _START_PATIENCE - 2 * RETRY)
     return moving
+
+
+def _manoeuvres(reply: Reply) -> bool | None:
+    """Whether a drone flies something, by its answer to the question; None without one."""
+    return Supervisor(int.from_bytes(reply.payload[1:3], "little")).manoeuvring if reply.here else None
 
 
 def too_late(flight: Flight, name: str, late: float) -> str:

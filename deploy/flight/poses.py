@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 from deploy.flightlog.writer import FlightLog
 from deploy.radio.fleet import Fleet
-from mocap.gate import Gate, Incident, Word
+from mocap.gate import Gate, Incident
 from mocap.source import MocapFrame, MocapSource, Pose
+from mocap.track import Word
 
 Vec3 = tuple[float, float, float]
 STALE = 0.1  # s; an older pose would pull the estimate back

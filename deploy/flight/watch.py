@@ -7,7 +7,9 @@ last for its patience before it counts, so that one bad camera frame lands nobod
 ============== ================================== ======================================= ===================
 kind           warning                            action                                  patience
 ============== ================================== ======================================= ===================
-link           silent for 0.5 s                   lost, or silent for 2 s (see below)     0 s
+link           silent for 0.5 s                   lost, or silent for 2 s (see below);    0 s; 0.5 s
+                                                  no telemetry for 2 s, although it       for the latter
+                                                  answers: it has restarted
 supervisor                                        tumbled, locked, crashed, deck fault,   0.2 s
                                                   cannot fly
 pose           older than 0.25 s                  older than 1 s                          0 s
@@ -97,6 +99,7 @@ class Seen:
         reference: where it should be [m]; None outside the search.
         supervisor: None before the first telemetry. battery_low: the firmware's word.
         silence: time since its last packet [s]. lost: why the link is gone; empty while it is up.
+        untold: time since its last telemetry [s].
         velocity: [m/s] by its own estimate. ahead: works out where it will be [m] at the times
             :data:`AHEAD`, as far as that is known; asked only for those who are near somebody.
         tilt: from the vertical [rad]. voltage: of its battery [V]. NaN if unknown.
@@ -114,6 +117,7 @@ class Seen:
     ahead: Callable[[], tuple[Vec3, ...]] = tuple
     tilt: float = math.nan
     voltage: float = math.nan
+    untold: float = 0.0
 
     @cached_property
     def soon(self) -> tuple[Vec3, ...]:
@@ -192,6 +196,9 @@ def ahead(position: Vec3, velocity: Vec3, now: Vec3, drift: Vec3, later: Sequenc
 
 
 def _quiet(drone: Seen) -> list[Finding]:
+    if drone.untold > max(SILENT, drone.silence):
+        text = f"no telemetry for {drone.untold:.1f} s although it answers: has it restarted?"
+        return [Finding("link telemetry", (drone.robot,), "abort", text, drone.untold, 0.5)]
     if drone.silence <= QUIET:
         return []
     return [Finding("link warning", (drone.robot,), "warning", f"silent for {drone.silence:.1f} s", drone.silence)]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,17 +86,8 @@ class Link:
         Raises:
             LinkError: it did not come up, or was closed meanwhile.
         """
-        self._failure = self.lost = ""
-        self._ready.clear()
-        self._crazyflie.open_link(uri)
-        if not self._ready.wait(deadline):
-            self._failure = f"not connected within {deadline:.0f} s (is the drone on, and at this address?)"
-        if self._failure:
-            self._crazyflie.close_link()
-            raise LinkError(self._failure)
-        self._connected = True
-        # Ten pings a second and drone are a fifth of a dongle's packets for ten drones; ours, twice a second, will do.
-        self._crazyflie.link_statistics.latency.stop()
+        self.lost = ""
+        self._dial(uri, deadline, self._crazyflie.close_link)
 
     def reopen(self, uri: str, deadline: float) -> None:
         """Connect again to a drone that may be flying; as :meth:`open`, but hangs up without a farewell.
@@ -106,18 +98,7 @@ class Link:
         Raises:
             LinkError: it did not come up.
         """
-        self._connected, self._failure = False, ""
-        self._ready.clear()
-        self._crazyflie.open_link(uri)
-        if not self._ready.wait(deadline):
-            self._failure = f"not fully connected within {deadline:.0f} s"
-        if self._failure:
-            driver, self._crazyflie.link = self._crazyflie.link, None
-            if driver is not None:
-                driver.close()
-            raise LinkError(self._failure)
-        self.lost, self._connected = "", True
-        self._crazyflie.link_statistics.latency.stop()
+        self._dial(uri, deadline, self._drop)
 
     def close(self) -> None:
         """Hang up, whatever the drone does; may be called again."""
@@ -129,6 +110,25 @@ class Link:
             self._crazyflie.close_link()
 
     # ------------------------------------------------------------------------------------------------ inside
+
+    def _dial(self, uri: str, deadline: float, hang_up: Callable[[], None]) -> None:
+        self._connected, self._failure = False, ""
+        self._ready.clear()
+        self._crazyflie.open_link(uri)
+        if not self._ready.wait(deadline):
+            self._failure = f"not connected within {deadline:.0f} s (is the drone on, and at this address?)"
+        if self._failure:
+            hang_up()
+            raise LinkError(self._failure)
+        self.lost, self._connected = "", True
+        # Ten pings a second and drone are a fifth of a dongle's packets for ten drones; ours, twice a second, will do.
+        self._crazyflie.link_statistics.latency.stop()
+
+    def _drop(self) -> None:
+        """Hang up without a word."""
+        driver, self._crazyflie.link = self._crazyflie.link, None
+        if driver is not None:
+            driver.close()
 
     def _listen(self) -> None:
         crazyflie = self._crazyflie

@@ -4,7 +4,7 @@ import contextlib
 
 import numpy as np
 
-from deploy.execute import fly
+from deploy.execute import Equipment, fly
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Interrupts
 from deploy.rehearsal import Stage
@@ -74,16 +74,14 @@ def stage(tmp_path, plan, seed=1, **kwargs):
             yield ready
 
 
+def equipment(ready, cache=None, **kwargs):
+    """What a stage offers, unless the test has something else."""
+    offered = {"uris": ready.swarm.uris(), "mocap": ready.mocap, "clock": ready.clock, "log": ready.log}
+    return Equipment(**{**offered, "toc_cache": cache, **kwargs})
+
+
 def fly_on(ready, plan, cache=None, **kwargs):
-    return fly(
-        plan,
-        uris=kwargs.pop("uris", ready.swarm.uris()),
-        mocap=kwargs.pop("mocap", ready.mocap),
-        clock=ready.clock,
-        log=kwargs.pop("log", ready.log),
-        toc_cache=cache,
-        **kwargs,
-    )
+    return fly(plan, equipment(ready, cache, **kwargs))
 
 
 class At(Interrupts):

@@ -16,7 +16,7 @@ from deploy.radio.drone import Drone
 from deploy.radio.fleet import FleetError
 from missions.connectivity import GuaranteedConnectivity
 from missions.safety import Safety
-from tests.deploy.flight_bench import fly_on, small_mission, small_plan, stage
+from tests.deploy.flight_bench import equipment, fly_on, small_mission, small_plan, stage
 
 
 def plan_with(connectivity=None, **safety):
@@ -51,7 +51,7 @@ def bench(tmp_path, cache):
 
 
 def checking(ready, plan, cache, **kwargs):
-    return check(plan, mocap=ready.mocap, clock=ready.clock, log=ready.log, toc_cache=cache, **kwargs)
+    return check(plan, equipment(ready, cache, **kwargs))
 
 
 def nobody_moved(truth):
@@ -213,6 +213,33 @@ def test_a_link_lost_after_the_upload_keeps_that_one_on_the_ground(bench, monkey
     else:
         assert isinstance(outcome, FlightAborted)
         assert "cf1: Too many packets lost" in str(outcome)
+        assert nobody_moved(truth)
+
+
+@pytest.mark.parametrize(("plan", "flies"), [(STRICT, False), (LENIENT, True)])
+def test_who_is_not_seen_any_more_after_the_upload_does_not_take_off(bench, monkeypatch, plan, flies):
+    honest, stages = ground.load, []
+
+    def load(flight, names):
+        failures = honest(flight, names)
+        stages[0].mocap.hide({"cf2"})
+        flight.wait(0.3)
+        return failures
+
+    monkeypatch.setattr(ground, "load", load)
+
+    def fly_and_tell(ready, *args, **kwargs):
+        stages.append(ready)
+        return fly_on(ready, *args, **kwargs)
+
+    outcome, _, truth = bench(plan, act=fly_and_tell)
+    assert truth[:, 1, 2].max() < 0.02
+    if flies:
+        assert outcome.completed, outcome
+        assert "pose:" in outcome.left_behind["cf2"]
+    else:
+        assert isinstance(outcome, FlightAborted)
+        assert "cf2: pose:" in str(outcome)
         assert nobody_moved(truth)
 
 

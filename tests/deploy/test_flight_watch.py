@@ -47,6 +47,7 @@ def test_the_fence_holds_workspace_pads_and_altitude():
         ({"position": (1.0, 1.0, 0.91), "reference": None}, "geofence", "abort"),
         ({"battery_low": True}, "battery", "abort"),
         ({"silence": 0.6}, "link warning", "warning"),
+        ({"untold": 2.1}, "link telemetry", "abort"),
         ({"voltage": 2.9}, "battery warning", "warning"),
         ({"voltage": 2.7}, "battery abort", "abort"),
         ({"tilt": 0.7}, "tilt warning", "warning"),

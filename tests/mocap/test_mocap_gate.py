@@ -8,8 +8,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mocap.gate import GAP, Gate, Word
+from mocap.gate import GAP, Gate
 from mocap.source import MocapFrame, Pose
+from mocap.track import Word
 
 DT = 0.01
 LEVEL = (0.0, 0.0, 0.0, 1.0)
