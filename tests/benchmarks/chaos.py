@@ -8,6 +8,7 @@ the scenario file that repeats it, to the last digit.
 from __future__ import annotations
 
 import argparse
+import logging
 import multiprocessing
 import os
 import re
@@ -61,7 +62,7 @@ def run(cases: Iterable[Case], jobs: int) -> list[Flight]:
     """Fly cases in so many processes, and print a line for each."""
     flights = []
     print(HEADER)
-    with multiprocessing.get_context("spawn").Pool(jobs) as pool:
+    with multiprocessing.get_context("spawn").Pool(jobs, _quiet) as pool:
         for flight in pool.imap(flown, cases):
             print(flight, flush=True)
             flights.append(flight)
@@ -80,12 +81,13 @@ def summary(flights: list[Flight]) -> None:
     print(
         f"\n{len(flights)} flights: {outcomes}; smallest separation {min(f.judged.separation for f in flights):.2f} m "
         f"(asked: {HARD} m), the struck included {min(f.judged.struck for f in flights):.2f} m; slowest to the ground "
-        f"{max(f.judged.down for f in flights if f.judged.outcome == 'aborted'):.1f} s; "
+        f"{max((f.judged.down for f in flights if f.judged.outcome == 'aborted'), default=0.0):.1f} s; "
         f"{sum(bool(f.judged.problems) for f in flights)} broke a rule; {sum(f.cpu for f in flights):.0f} CPU s"
     )
     for flight in flights:
         if flight.judged.problems:
-            print(f"\n# {flight.case.name}, on_host_loss: {flight.case.on_host_loss}\n{flight.case.text}", end="")
+            name, text, _, on_host_loss, policy = flight.case
+            print(f"\n# {name}, on_host_loss: {on_host_loss}, policies: {policy}\n{text}", end="")
 
 
 def kills(jobs: int) -> int:
@@ -119,6 +121,11 @@ def swarms() -> int:
 def _killed(order: tuple[str, float]) -> object:
     with tempfile.TemporaryDirectory() as folder:
         return kill(*order, Path(folder))
+
+
+def _quiet() -> None:
+    """What cflib has to say of lost links is no news here."""
+    logging.disable(logging.CRITICAL)
 
 
 @contextmanager

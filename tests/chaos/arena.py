@@ -26,22 +26,25 @@ robots:
 limits: {{acceleration: 1.0, speed: 1.0, separation: 0.3}}
 flight: {{altitude: 0.5, takeoff_duration: 1.6, landing_duration: 1.6, settle_time: 0.5, transfer_speed: 0.45}}
 radio: {{drones_per_dongle: 2}}
-safety: {{on_host_loss: {on_host_loss}}}
+safety: {{on_host_loss: {on_host_loss}, hold_time: 2.0, {policies}}}
 """
+KINDS = ("link", "supervisor", "pose", "identity", "tracking", "separation", "geofence", "battery", "tilt")
 NAMES = ("cf1", "cf2", "cf3", "cf4")
 WAYS = {"cf1": (0.1, 0.6), "cf2": (0.0, -0.5), "cf3": (-0.1, 0.6), "cf4": (-0.7, 0.2)}  # [m] how far the search leads
 
 
 @functools.cache
-def arena(on_host_loss="continue"):
+def arena(on_host_loss="continue", policy="land_all"):
     """The mission."""
-    return parse_mission(TEXT.format(on_host_loss=on_host_loss), path="arena.yaml", read_file={}.__getitem__)
+    policies = ", ".join(f"{kind}: {policy}" for kind in KINDS)
+    text = TEXT.format(on_host_loss=on_host_loss, policies=policies)
+    return parse_mission(text, path="arena.yaml", read_file={}.__getitem__)
 
 
 @functools.cache
-def arena_plan(on_host_loss="continue"):
+def arena_plan(on_host_loss="continue", policy="land_all"):
     """The certified plan."""
-    mission = arena(on_host_loss)
+    mission = arena(on_host_loss, policy)
     moves = {robot.name: encode(_move(robot, mission)) for robot in mission.robots}
     return certified(mission, moves)
 

@@ -76,16 +76,17 @@ PHASES = {
     "returning": ({"when": "returning", "after": 1.0}, 0),
     "landing": ({"when": "landing", "after": 0.6}, 0),
 }
-GROUND = ("connecting", "checking", "uploading", "arming")
+POLICIES = ("land_all", "land_all", "return", "hold", "land_here", "stop_motors")  # of random sequences
 
 
 class Case(NamedTuple):
-    """One flight: its name, its scenario, its faults with their targets, and the mission's ``on_host_loss``."""
+    """One flight: its name, its scenario, its faults with their targets, and what the mission says of such things."""
 
     name: str
     text: str
     faults: tuple[Fault, ...]
     on_host_loss: str
+    policy: str = "land_all"
 
 
 def cell(name, phase):
@@ -101,8 +102,8 @@ def matrix():
     return [cell(name, phase) for name, phase in itertools.product(FAULTS, PHASES)]
 
 
-def sequence(seed, longest=14.0):
-    """One to four faults at random times of a flight so long [s], each with random targets."""
+def sequence(seed, longest=17.0):
+    """One to four faults at random times of a flight so long [s], each with random targets; and a random policy."""
     chance = random.Random(seed)
     faults, events = [], []
     on_host_loss = chance.choice(["continue", "motor_stop"])
@@ -116,7 +117,8 @@ def sequence(seed, longest=14.0):
         whom = fault.whom if event.get("to", "dongle 0") == "dongle 0" else tuple(others[name] for name in fault.whom)
         faults.append(fault._replace(event=event, whom=whom, on_host_loss=on_host_loss))
         events.append({**event, "at": round(chance.uniform(0.0, longest), 2)})
-    return Case(f"seed {seed}", _scenario(f"chance {seed}", seed, events), tuple(faults), on_host_loss)
+    policy = chance.choice(POLICIES)
+    return Case(f"seed {seed}", _scenario(f"chance {seed}", seed, events), tuple(faults), on_host_loss, policy)
 
 
 def _scenario(name, seed, events):

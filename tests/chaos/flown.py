@@ -11,7 +11,7 @@ from deploy.errors import DeployError
 from deploy.flightlog.reader import read_log
 from deploy.rehearsal import rehearse
 from deploy.scenario.load import parse_scenario
-from tests.chaos.arena import arena, arena_plan
+from tests.chaos.arena import arena_plan
 
 PERIOD = 0.01  # s
 
@@ -36,8 +36,8 @@ class Flown:
 
 def fly(case):
     """One case, from the first packet to the last."""
-    plan, rows = arena_plan(case.on_host_loss), []
-    scenario = parse_scenario(case.text, path="chaos.yaml", mission=arena(case.on_host_loss))
+    plan, rows = arena_plan(case.on_host_loss, case.policy), []
+    scenario = parse_scenario(case.text, path="chaos.yaml", mission=plan.mission)
 
     def witness(stage):
         world = stage.world

@@ -137,7 +137,8 @@ def kill(on_host_loss, seconds, folder):
     with Sim(mission) as sim:
         plan = plan_for(sim.uris, on_host_loss)
         with fly(plan, folder) as process:
-            sim.wait(lambda row: any(row.connected), LAUNCH)
+            sim.wait(lambda row: any(row.connected) or process.poll() is not None, LAUNCH)
+            assert process.poll() is None, process.communicate()[0]
             sim.wait(lambda row, begin=sim.rows[-1].t: row.t >= begin + seconds, 2.0 * seconds + LAUNCH)
             process.kill()
             before = len(sim.rows) - 1

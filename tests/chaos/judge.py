@@ -2,7 +2,7 @@
 
 1. Two drones that nothing has struck stay ``HARD`` apart as long as one of them is in the air. A drone is *struck*
    from the moment at which a fault takes it out of the air itself: its motor, its battery or its firmware fails, it
-   is turned over, or somebody stops the motors (the operator's second word, the watchdog of ``motor_stop``).
+   is turned over, or its motors are stopped (the operator's second word, the policy ``stop_motors``, the watchdog).
 2. Nobody leaves the geofence (workspace, pads, starts; plus its margin); the struck not by more than ``FALLING``. Who
    is *cut off* (its link is gone for good, or the host has died) gets no poses any more and drifts: rules 1 and 2 are
    for its first ``BLIND`` seconds.
@@ -55,9 +55,10 @@ class Judged:
 def judge(flown):
     """Every rule above."""
     onset = [(fault, _began(fault, flown.log)) for fault in flown.case.faults]
-    struck = _since(flown, [(fault, t) for fault, t in onset if _strikes(fault)])
-    cut = _since(flown, [(fault, t) for fault, t in onset if fault.nature == CUT])
-    blind = _since(flown, [(fault, t + BLIND) for fault, t in onset if fault.nature == CUT])
+    stopped = [((event.robot,), event.t) for event in flown.log.events if "motors stopped by" in event.text]
+    struck = _since(flown, [*((fault.whom, t) for fault, t in onset if _strikes(fault)), *stopped])
+    cut = _since(flown, [(fault.whom, t) for fault, t in onset if fault.nature == CUT])
+    blind = _since(flown, [(fault.whom, t + BLIND) for fault, t in onset if fault.nature == CUT])
     air = flown.position[:, :, 2] > DOWN
     separation, closest = _separation(flown.position, air, ~(struck | blind)), _separation(flown.position, air)
     outside = _outside(flown.position)
@@ -96,11 +97,11 @@ def _began(fault, log):
     return np.inf
 
 
-def _since(flown, onset):
-    """(T, N) whether one of these faults has happened to a drone."""
+def _since(flown, times):
+    """(T, N) whether it was one of these times for a drone."""
     out = np.zeros(flown.turning.shape, dtype=bool)
-    for fault, began in onset:
-        for name in fault.whom:
+    for whom, began in times:
+        for name in whom:
             out[:, NAMES.index(name)] |= flown.t >= began
     return out
 
