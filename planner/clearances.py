@@ -34,7 +34,7 @@ LOOK, MOST_LOOKS = 0.05, 64  # [m] between points of a path that are compared wi
 COVERED = 1.5e-3  # [m] by which paths may come closer between samples than at them: margins cover it
 
 
-def clearances(mission: Mission, margins: Margins, *, rough: bool = False) -> tuple[Constraint, ...]:
+def clearances(mission: Mission, margins: Margins, *, when: When | None = None) -> tuple[Constraint, ...]:
     """Distances to keep at every instant: robots, obstacles, zones, and what is below at the end.
 
     Where steps are so short that samples say it all but :data:`COVERED`, robots and circles are looked at there only:
@@ -43,11 +43,11 @@ def clearances(mission: Mission, margins: Margins, *, rough: bool = False) -> tu
     Args:
         mission: what is asked for.
         margins: how much more is planned.
-        rough: whether samples will do in any case, because the search goes on from what it finds.
+        when: robots and circles are looked at in any case, because the search goes on from what it finds.
     """
     return (
-        *_separation(mission, margins, rough),
-        *_circles(mission, margins, rough),
+        *_separation(mission, margins, when),
+        *_circles(mission, margins, when),
         *_solids(mission, margins),
         *_zones(mission, margins),
         *_landing(mission, margins),
@@ -79,7 +79,7 @@ def envelope(mission: Mission, margins: Margins) -> tuple[Constraint, ...]:
 # --------------------------------------------------------------------------------------------- between robots
 
 
-def _separation(mission: Mission, margins: Margins, rough: bool) -> Iterable[Constraint]:
+def _separation(mission: Mission, margins: Margins, when: When | None) -> Iterable[Constraint]:
     pairs, a = all_pairs(len(mission.robots)), mission.limits.separation
     if len(pairs) == 0 or a <= 0.0:
         return
@@ -97,7 +97,7 @@ def _separation(mission: Mission, margins: Margins, rough: bool) -> Iterable[Con
         least = a * np.sqrt(1.0 - high[apart] ** 2)
     if len(pairs):
         distance = np.minimum(least + extra, _room(mission, pairs, scale))
-        when = When.SAMPLES if rough else _when(mission, distance)
+        when = when or _when(mission, distance)
         yield Separation(pairs, distance, _names(mission), mission.horizon.dt, scale, when)
 
 
@@ -134,7 +134,7 @@ def _room(mission: Mission, pairs: NDArray[np.intp], scale: Array | None) -> Arr
 # --------------------------------------------------------------------------------------------- obstacles and zones
 
 
-def _circles(mission: Mission, margins: Margins, rough: bool) -> Iterable[Constraint]:
+def _circles(mission: Mission, margins: Margins, when: When | None) -> Iterable[Constraint]:
     circles = [obstacle for obstacle in mission.obstacles if isinstance(obstacle, CircleObstacle)]
     if not circles:
         return
@@ -142,8 +142,7 @@ def _circles(mission: Mission, margins: Margins, rough: bool) -> Iterable[Constr
     radius = np.array([circle.radius for circle in circles]) + margins.obstacle
     apart = np.linalg.norm(_given(mission)[..., None, :2] - center, axis=-1)  # (2, N, O)
     radius = np.minimum(radius, np.nanmin(apart, axis=0))
-    when = When.SAMPLES if rough else _when(mission, radius)
-    yield Obstacles(center, radius, _names(mission), mission.horizon.dt, when)
+    yield Obstacles(center, radius, _names(mission), mission.horizon.dt, when or _when(mission, radius))
 
 
 def _solids(mission: Mission, margins: Margins) -> Iterable[Constraint]:

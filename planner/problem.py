@@ -19,6 +19,7 @@ from planner.clearances import clearances, envelope, looks_between
 from planner.coarser import RACE, coarser
 from planner.connections import connections
 from planner.constraints.base import Constraint
+from planner.constraints.paths import When
 from planner.dynamics import Dynamics
 from planner.ergodic.metric import Metric
 from planner.indicators import ergodic_metric
@@ -82,14 +83,14 @@ def _coarse(mission: Mission, margins: Margins, problem: Problem) -> Problem | N
     if half is None and not looks_between(problem.constraints):
         return None
     if half is None:
-        return _problem(mission, margins, rough=True)
+        return _problem(mission, margins, when=When.SAMPLES)
     quarter = coarser(half, RACE)
-    roughest = None if quarter is None else _problem(quarter, margins)
-    # Exactly: between samples that are twice as far apart robots slip past each other.
-    return replace(_problem(half, margins), coarse=roughest)
+    # Along chords: between samples that are twice as far apart robots slip past each other.
+    roughest = None if quarter is None else _problem(quarter, margins, when=When.CHORDS)
+    return replace(_problem(half, margins, when=When.CHORDS), coarse=roughest)
 
 
-def _problem(mission: Mission, margins: Margins, *, rough: bool = False) -> Problem:
+def _problem(mission: Mission, margins: Margins, *, when: When | None = None) -> Problem:
     dynamics = mission_dynamics(mission)
     ends = fleet.ends(mission)
     policy = connections(mission, margins, dynamics)
@@ -97,7 +98,7 @@ def _problem(mission: Mission, margins: Margins, *, rough: bool = False) -> Prob
         dynamics=dynamics,
         metric=ergodic_metric(mission),
         constraints=(
-            *clearances(mission, margins, rough=rough),
+            *clearances(mission, margins, when=when),
             *control_bounds(mission, envelope(mission, margins)),
             *policy.required,
         ),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.connectivity.quadrature import Quadrature
-from planner.connectivity.separable import SMALLEST, function_counts, moment_probability
+from planner.connectivity.separable import SMALLEST, extents, function_counts, moment_probability
 
 UNDERFLOW = 1e-250  # sums below it are worked out again, relative to their largest term
 SINGLE_UNDERFLOW = 1e-30  # the same in single precision
@@ -105,9 +105,10 @@ def _direct(w: Array, omega: Array, pairs: NDArray[np.intp]) -> ConnectionValue:
     one = np.ones_like(half)
     left, right = np.concatenate([w, half, one], axis=-1), np.concatenate([w, one, half], axis=-1)
     moments = column * right[..., :-1]  # (N, sub-periods, n, ν+1): ω w, ω
+    right = np.ascontiguousarray(np.swapaxes(right, -1, -2))  # BLAS is slow with small matrices that are not
     i, j = pairs[:, 0], pairs[:, 1]
 
-    gamma = left[i] @ np.swapaxes(right[j], -1, -2)  # (pairs, sub-periods, n, n): −|a−b|²/2
+    gamma = left[i] @ right[j]  # (pairs, sub-periods, n, n): −|a−b|²/2
     top = gamma.max(axis=(2, 3)) if _may_underflow(w) else None
     if top is not None:
         gamma -= top[..., None, None]
@@ -135,9 +136,8 @@ def _direct(w: Array, omega: Array, pairs: NDArray[np.intp]) -> ConnectionValue:
 
 def _may_underflow(w: Array) -> bool:
     """Whether two nodes may be so far apart that every Γ of a pair vanishes."""
-    sides = w.max(axis=(0, 1, 2)) - w.min(axis=(0, 1, 2))
     smallest = UNDERFLOW if w.dtype == np.float64 else SINGLE_UNDERFLOW
-    return 0.5 * float(sides @ sides) > -math.log(smallest)
+    return 0.5 * sum(side * side for side in extents(w)) > -math.log(smallest)
 
 
 def _gather(per_robot: Array, robots: NDArray[np.intp], per_pair: Array) -> None:

@@ -33,9 +33,12 @@ class MomentValue(NamedTuple):
 
 def function_counts(w: Array) -> tuple[int, ...]:
     """Number of frequencies an axis needs for points ``w`` (..., ν) in ranges; twice as many functions."""
-    flat = w.reshape(-1, w.shape[-1])
-    sides = flat.max(axis=0) - flat.min(axis=0)
-    return tuple(math.ceil(REACH * (side + REACH) / (2.0 * math.pi)) + 1 for side in sides.tolist())
+    return tuple(math.ceil(REACH * (side + REACH) / (2.0 * math.pi)) + 1 for side in extents(w))
+
+
+def extents(w: Array) -> list[float]:
+    """Sides of the box around points (..., ν): axis by axis, since reductions over all but a short axis are slow."""
+    return [float(w[..., d].max()) - float(w[..., d].min()) for d in range(w.shape[-1])]
 
 
 def moment_probability(w: Array, omega: Array, pairs: NDArray[np.intp]) -> MomentValue:

@@ -34,7 +34,7 @@ class Obstacles:
         center: (O, 2) centres x, y [m].
         radius: (N, O) distance each robot keeps from each centre [m].
         names: of all robots. dt: planning step [s].
-        when: at every instant, or at samples only.
+        when: at every instant, along chords, or at samples only.
     """
 
     center: Array
@@ -84,11 +84,11 @@ class Obstacles:
         """Closest approaches (N, O, K) to the centres, capped at ``FAR`` radii."""
         center = self.center.T[:, None, :, None]
         if self.when is not When.ALWAYS:
-            return closest(paths.points[:, :2, :, None] - center)
+            return closest(paths.windows(paths.x[:2, :, None] - center))
         low, high = (corner[:2, :, None] for corner in paths.boxes(1))
         reach = FAR * self.radius
         n, o, k = np.nonzero(box_gaps(low, high, center, center) < reach[..., None] ** 2)
-        squares = np.repeat(reach[..., None] ** 2, paths.points.shape[3], axis=2)
+        squares = np.repeat(reach[..., None] ** 2, paths.sample.shape[1], axis=2)
         at = np.full_like(squares, np.nan)
         found = closest(self._from_center(paths, n, o, k), parts)
         squares[n, o, k], at[n, o, k] = found.capped(reach[n, o])

@@ -12,11 +12,12 @@ value is the gradient at fixed s.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from missions.arrays import Array
@@ -33,36 +34,56 @@ class When(Enum):
     """When a constraint counts."""
 
     ALWAYS = "at every instant"
+    CHORDS = "at every instant, as if everybody flew straight from sample to sample"
     SAMPLES = "at the samples of q_fine only, whatever they are"
     END = "at the end only"
 
 
 @dataclass(frozen=True)
 class Paths:
-    """All robots in K spans of time: steps, or single samples.
+    """All robots in K spans of time: steps, chords between samples, or single samples.
 
     Attributes:
-        points: (3, ν, N, K) start, middle and end of steps [m], or (1, ν, N, K) samples; time last, where NumPy is
-            fast.
-        sample: (3, K) or (1, K) rows of q_fine that they are.
+        x: (ν, N, S) samples [m]; time last, where NumPy is fast.
+        count: samples a span: start, middle and end of steps, start and end of chords.
+        first: of the first span. stride: from span to span.
     """
 
-    points: Array
-    sample: Indices
+    x: Array
+    count: int
+    first: int = 0
+    stride: int = 1
 
     @classmethod
     def of(cls, motion: Motion, when: When = When.ALWAYS) -> Paths:
-        """Paths of a motion with one sample between any two steps."""
-        x = motion.q_fine.T
+        """Paths of a motion, with one sample between any two steps if they are not of samples."""
+        x = np.ascontiguousarray(motion.q_fine.T)
         if when is When.ALWAYS:
-            first = np.arange(0, x.shape[2] - 1, 2)
-            return cls(np.stack([x[..., :-1:2], x[..., 1::2], x[..., 2::2]]), np.stack([first, first + 1, first + 2]))
-        rows = np.arange(x.shape[2]) if when is When.SAMPLES else np.array([x.shape[2] - 1])
-        return cls(np.ascontiguousarray(x[..., rows])[None], rows[None])
+            return cls(x, 3, stride=2)
+        if when is When.CHORDS:
+            return cls(x, 2)
+        return cls(x, 1, first=0 if when is When.SAMPLES else x.shape[2] - 1)
+
+    @property
+    def points(self) -> Array:
+        """(count, ν, N, K) samples of the spans [m], a view."""
+        return self.windows(self.x)
+
+    @property
+    def sample(self) -> Indices:
+        """(count, K) rows of q_fine that they are."""
+        spans = np.arange(self.first, self.x.shape[2] - self.count + 1, self.stride)
+        rows: Indices = spans + np.arange(self.count)[:, None]
+        return rows
+
+    def windows(self, x: Array) -> Array:
+        """What happens in the spans, (count, ..., K), of what happens at the samples, (..., S): a view."""
+        views = sliding_window_view(x, self.count, axis=-1)[..., self.first :: self.stride, :]
+        return np.moveaxis(views, -1, 0)
 
     def scaled(self, scale: Array) -> Paths:
         """With every axis times its ``scale`` (ν,)."""
-        return Paths(self.points * scale[:, None, None], self.sample)
+        return replace(self, x=self.x * scale[:, None, None])
 
     def boxes(self, block: int) -> tuple[Array, Array]:
         """Corners (ν, N, blocks) of boxes that hold the paths of ``block`` spans each."""
@@ -73,20 +94,23 @@ class Paths:
         return np.minimum.reduceat(low, edges, axis=2), np.maximum.reduceat(high, edges, axis=2)
 
     def at(self, robots: Indices, spans: Indices) -> Array:
-        """Points (3 or 1, ν, ...) of some robots in some spans."""
-        count, nu, N, K = self.points.shape
-        chosen: Array = self.points.reshape(count, nu, N * K).take(robots * K + spans, axis=2)
+        """Points (count, ν, M) of some robots in some spans, M of each."""
+        nu, N, S = self.x.shape
+        rows = robots * S + (self.first + self.stride * spans) + np.arange(self.count)[:, None]
+        chosen: Array = self.x.reshape(nu, N * S).take(rows, axis=1).swapaxes(0, 1)
         return chosen
 
     def shares(self, s: Array) -> Array:
-        """(3, ...) or (1, ...) weights of the points in positions at s."""
-        return shares(s) if len(self.points) == 3 else np.ones((1, *s.shape))
+        """(count, ...) weights of the points in positions at s."""
+        if self.count == 2:
+            return np.stack([1.0 - s, s])
+        return shares(s) if self.count == 3 else np.ones((1, *s.shape))
 
 
 def hull(points: Array) -> tuple[Array, Array]:
-    """Corners (ν, ...) of boxes around the control points of paths through points (3 or 1, ν, ...): they hold them."""
-    if len(points) == 1:
-        return points[0], points[0]
+    """Corners (ν, ...) of boxes around the control points of paths through points (count, ν, ...): they hold them."""
+    if len(points) < 3:
+        return points.min(axis=0), points.max(axis=0)
     start, middle, end = points
     control = start + end
     control *= -0.5
@@ -107,15 +131,17 @@ class Closest(NamedTuple):
 
     def capped(self, reach: Array) -> Closest:
         """No farther than ``reach`` [m]."""
-        far = self.squares >= reach**2
-        return Closest(np.where(far, reach**2, self.squares), np.where(far, np.nan, self.s))
+        limit = reach * reach
+        near = self.squares < limit
+        s = np.full_like(self.s, np.nan)
+        np.copyto(s, self.s, where=near)
+        return Closest(np.minimum(self.squares, limit), s)
 
 
 def acting(weights: Array, s: Array) -> tuple[Indices, ...]:
     """Where weights act on closest approaches: nowhere if they are far."""
-    found = np.nonzero(weights)
-    near = np.isfinite(s[found])
-    return tuple(index[near] for index in found)
+    found = np.flatnonzero(weights)
+    return np.unravel_index(found[np.isfinite(s.ravel()[found])], s.shape)
 
 
 def closest(points: Array, parts: int = SEARCHED) -> Closest:
@@ -123,44 +149,69 @@ def closest(points: Array, parts: int = SEARCHED) -> Closest:
 
     Never farther than at any end of ``parts`` equal parts of the span; from the nearest of them, the lowest point
     between its neighbours is found by Newton's method. Only a path that is about equally near twice within two parts
-    can be nearer than what is found. Of single points (1, ν, ...) there is nothing to find.
+    can be nearer than what is found. Of chords (2, ν, ...) the closest approach is known, of single points (1, ν, ...)
+    there is nothing to find.
     """
     if len(points) == 1:
-        return Closest(np.einsum("d...,d...->...", points[0], points[0]), np.zeros(points.shape[2:]))
+        return Closest(_norms(points[0]), np.zeros(points.shape[2:]))
+    if len(points) == 2:
+        return _closest_of_chords(*points)
     r = points.reshape(3, points.shape[1], -1)
     a, b = 2.0 * (r[0] - 2.0 * r[1] + r[2]), 4.0 * r[1] - 3.0 * r[0] - r[2]
     # ½ d/ds |r|² = c_0 + c_1 s + c_2 s² + c_3 s³
     c = np.stack([_dot(r[0], b), _dot(b, b) + 2.0 * _dot(r[0], a), 3.0 * _dot(a, b), 2.0 * _dot(a, a)])
-    s, powers = _looks(parts)
-    change = powers @ c  # |r(s)|² − |r(0)|²
-    nearest = change.argmin(axis=0)
-    at = guess = s[nearest]
-    low, high = s[np.maximum(nearest - 1, 0)], s[np.minimum(nearest + 1, parts)]
+    change = _looks(parts) @ c  # |r(s)|² − |r(0)|², at every look but the first
+    at, lowest = np.zeros(c.shape[1]), np.zeros(c.shape[1])
+    for number, row in enumerate(change, start=1):  # argmin over the first axis, at a third of its price
+        np.copyto(at, number / parts, where=row < lowest)
+        np.minimum(lowest, row, out=lowest)
+    guess, low, high = at, np.maximum(at - 1.0 / parts, 0.0), np.minimum(at + 1.0 / parts, 1.0)
     curve = c[1:] * _COUNT
     for _ in range(POLISH):
         slope = c[0] + at * (c[1] + at * (c[2] + at * c[3]))
         curvature = curve[0] + at * (curve[1] + at * curve[2])
         at = np.minimum(np.maximum(at - slope / np.maximum(curvature, FLAT), low), high)
     squares = _squares(r[0], b, a, at)
-    lowest = change.min(axis=0) + _dot(r[0], r[0])
+    lowest += _dot(r[0], r[0])
     at, squares = np.where(squares <= lowest, at, guess), np.minimum(squares, lowest)
     return Closest(squares.reshape(points.shape[2:]), at.reshape(points.shape[2:]))
+
+
+def _closest_of_chords(start: Array, end: Array) -> Closest:
+    """The same for straight paths, where it is known."""
+    b = end - start
+    slope, curvature = np.einsum("d...,d...->...", start, b), _norms(b)
+    at = slope / -np.maximum(curvature, FLAT)
+    np.maximum(at, 0.0, out=at)
+    np.minimum(at, 1.0, out=at)
+    curvature *= at
+    slope *= 2.0
+    curvature += slope
+    curvature *= at
+    curvature += _norms(start)
+    return Closest(curvature, at)
 
 
 _COUNT = np.array([[1.0], [2.0], [3.0]])
 
 
 @functools.cache
-def _looks(parts: int) -> tuple[Array, Array]:
-    """Ends s (parts+1,) of equal parts of a span, and ∫ 2 s^n (parts+1, 4), n = 0..3, up to them."""
-    s = np.linspace(0.0, 1.0, parts + 1)
-    return s, np.stack([2.0 * s, s**2, s**3 * (2.0 / 3.0), 0.5 * s**4], axis=1)
+def _looks(parts: int) -> Array:
+    """∫ 2 s^n (parts, 4), n = 0..3, up to the ends s of equal parts of a span."""
+    s = np.arange(1, parts + 1) / parts
+    return np.stack([2.0 * s, s**2, s**3 * (2.0 / 3.0), 0.5 * s**4], axis=1)
 
 
 def _dot(a: Array, b: Array) -> Array:
     """(M,) of (ν, M)."""
     product: Array = np.einsum("dm,dm->m", a, b)
     return product
+
+
+def _norms(x: Array) -> Array:
+    """Squared lengths (...) of (ν, ...)."""
+    squares: Array = np.einsum("d...,d...->...", x, x)
+    return squares
 
 
 def _squares(start: Array, b: Array, a: Array, s: Array) -> Array:

@@ -41,7 +41,7 @@ class Separation:
         distance: (P,) smallest distance allowed [m].
         names: of all robots. dt: planning step [s].
         scale: (ν,) by how much distance counts along each axis; None: fully.
-        when: at every instant, at samples, or at the end only, from where a robot descends.
+        when: at every instant, along chords, at samples, or at the end only, from where a robot descends.
     """
 
     pairs: NDArray[np.intp]
@@ -104,16 +104,19 @@ class Separation:
         """Closest approaches (P, K), capped at ``FAR`` limits."""
         i, j = self.pairs.T
         if self.when is not When.ALWAYS and len(self.pairs) < MANY_PAIRS:
-            return closest(paths.points[:, :, i] - paths.points[:, :, j])
+            return closest(paths.windows(paths.x.take(i, axis=1) - paths.x.take(j, axis=1)))
+        spans = paths.sample.shape[1]
         low, high = paths.boxes(BLOCK)
         gaps = box_gaps(low[:, i], high[:, i], low[:, j], high[:, j])
         reach = FAR * self.distance
         p, blocks = np.nonzero(gaps < reach[:, None] ** 2)
-        p, k = spans_of(p, blocks, paths.points.shape[3])
+        p, k = spans_of(p, blocks, spans)
         apart = paths.at(i[p], k) - paths.at(j[p], k)
         near = near_origin(apart, reach[p])
         p, k = p[near], k[near]
-        squares = np.repeat(reach[:, None] ** 2, paths.points.shape[3], axis=1)
+        squares = np.repeat(reach[:, None] ** 2, spans, axis=1)
         at = np.full_like(squares, np.nan)
-        squares[p, k], at[p, k] = closest(apart[:, :, near], parts).capped(reach[p])
+        found = closest(apart[:, :, near], parts).capped(reach[p])
+        flat = p * spans + k
+        squares.ravel()[flat], at.ravel()[flat] = found
         return Closest(squares, at)

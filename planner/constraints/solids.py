@@ -53,7 +53,7 @@ class Outside:
             r, k = np.nonzero(weights)  # few robots are close at any time
             robots, share = self.robots[r], paths.shares(at[r, k])
             outward = self.solid.distance(_in_space(place_at(paths.at(robots, k), share))).gradient
-            force = -outward[: paths.points.shape[1]] * weights[r, k]
+            force = -outward[: len(paths.x)] * weights[r, k]
             push(cotangent.q_fine, paths.sample[:, k], share, robots, force)
 
         return Evaluation(self.keep[:, None] - value, pull)

@@ -44,6 +44,7 @@ class Memory:
         self.y_rows: Array = np.empty((0, 0))
         self.SY: Array = np.empty((0, 0))
         self.YY: Array = np.empty((0, 0))
+        self.R_inverse: Array = np.empty((0, 0))  # of the upper triangle R of SY
 
     @property
     def S(self) -> Array:
@@ -61,7 +62,9 @@ class Memory:
             return
         drop = len(self) - self.size + 1
         self._append(s, y, max(drop, 0))
-        self.SY = _bordered(self.SY, self.S @ y, self.Y @ s, drop)
+        Sy = self.S @ y
+        self.SY = _bordered(self.SY, Sy, self.Y @ s, drop)
+        self.R_inverse = _inverse_bordered(self.R_inverse, Sy, drop)
         self.YY = _bordered(self.YY, self.Y @ y, self.Y @ y, drop)
 
     def _append(self, s: Array, y: Array, drop: int) -> None:
@@ -82,7 +85,7 @@ class Memory:
         if len(self) == 0:
             return -gradient
         gamma = self.SY[-1, -1] / self.YY[-1, -1]
-        R_inverse = np.linalg.inv(np.triu(self.SY))
+        R_inverse = self.R_inverse
         a = R_inverse @ (self.S @ gradient)
         b = (np.diag(self.SY) * a) + gamma * (self.YY @ a - self.Y @ gradient)
         step: Array = gamma * (a @ self.Y - gradient) - (b @ R_inverse) @ self.S
@@ -95,6 +98,19 @@ def _bordered(square: Array, column: Array, row: Array, drop: int) -> Array:
     out = np.empty((len(column), len(column)))
     out[:-1, :-1] = square[keep, keep]
     out[:, -1], out[-1, :] = column, row
+    return out
+
+
+def _inverse_bordered(inverse: Array, column: Array, drop: int) -> Array:
+    """The inverse of an upper triangular matrix that got a last column, and lost ``drop`` first rows and columns.
+
+    What is left of a triangular matrix is the inverse of what is left of its inverse.
+    """
+    kept = inverse[max(drop, 0) :, max(drop, 0) :]
+    out = np.zeros((len(column), len(column)))
+    out[:-1, :-1] = kept
+    out[-1, -1] = 1.0 / column[-1]
+    out[:-1, -1] = kept @ column[:-1] * -out[-1, -1]
     return out
 
 

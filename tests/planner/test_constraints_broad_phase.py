@@ -1,6 +1,7 @@
 """Closest approaches in continuous time: within steps, and of blocks of steps that are only bounded."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -140,3 +141,30 @@ def test_solids_are_kept_clear_of_between_samples():
     close = exact > -0.1
     assert (exact > 0.0).any()
     assert np.abs(violations[64] - exact)[close].max() < 0.02 < np.abs(violations[2] - exact)[close].max()
+
+
+@pytest.mark.parametrize("what", ["pairs", "circles"])
+def test_chords_miss_no_more_than_paths_bend_and_pull_as_they_say(what):
+    motion = swarm(12, 30, 4.0, 5)
+    if what == "pairs":
+        tested, bend = dataclasses.replace(constraint(12), when=When.CHORDS), 2.0 * 0.5 * math.sqrt(2.0) * 0.25 / 8.0
+    else:
+        center, radius = np.array([[1.0, 2.0], [3.0, 0.5]]), np.full((12, 2), 0.4)
+        tested, bend = Obstacles(center, radius, NAMES[:12], 1.0, When.CHORDS), 0.5 * math.sqrt(2.0) * 0.25 / 8.0
+    exact = dataclasses.replace(tested, when=When.ALWAYS).violation(motion)
+    halves = tested.violation(motion)
+    chords = halves.reshape(*exact.shape, 2).max(axis=-1)  # of the two halves of a step
+    close = exact > -0.1
+    assert close.sum() > 3
+    assert np.abs(chords - exact)[close].max() <= bend + 1e-9
+    assert chords[close].max() > dataclasses.replace(tested, when=When.SAMPLES).violation(motion).max() + 0.01
+
+    residual, pull = tested.evaluate(motion)
+    weights = np.where(residual > -0.05, np.random.default_rng(0).uniform(0.0, 1.0, residual.shape), 0.0)
+    cotangent = Cotangent.zeros_like(motion)
+    pull(weights, cotangent)
+    along = np.random.default_rng(1).standard_normal(motion.q_fine.shape)
+    h = 1e-6
+    ends = [tested.evaluate(motion._replace(q_fine=motion.q_fine + sign * h * along)).residual for sign in (1.0, -1.0)]
+    slope = float((weights * (ends[0] - ends[1])).sum()) / (2.0 * h)
+    assert slope == pytest.approx(float((cotangent.q_fine * along).sum()), rel=1e-5)

@@ -151,4 +151,4 @@ def test_what_is_between_samples_counts_where_margins_do_not_cover_it():
     slow = build_problem(imec(horizon=Horizon(30.0, 0.5)))
     assert {c.when for c in slow.constraints if isinstance(c, Separation | Obstacles)} == {When.ALWAYS}
     assert problem.coarse is not None
-    assert {c.when for c in problem.coarse.constraints if isinstance(c, Separation | Obstacles)} == {When.ALWAYS}
+    assert {c.when for c in problem.coarse.constraints if isinstance(c, Separation | Obstacles)} == {When.CHORDS}
