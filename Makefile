@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test lint bench chaos clean
+.PHONY: demo test lint bench chaos screenshots clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/ergoflie dry-run missions/imec_four_drones.yaml -o out/demo
@@ -23,6 +23,10 @@ bench: $(VENV)/.dev
 
 chaos: $(VENV)/.dev
 	$(BIN)/python -m tests.benchmarks.chaos
+
+screenshots: $(VENV)/.dev
+	$(BIN)/ergoflie plan missions/imec_four_drones.yaml -o out/screenshots.plan.mcap
+	$(BIN)/python -m tests.screenshots out/screenshots.plan.mcap -o docs
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

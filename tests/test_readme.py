@@ -27,6 +27,8 @@ def test_every_command_runs_in_the_order_shown(tmp_path, monkeypatch, capsys):
     for line in lines:
         assert main(shlex.split(line)[1:]) == 0, line
     assert (tmp_path / "out/one/report.html").stat().st_size > 10_000
+    for block in blocks("python"):
+        exec(block, {})
     assert "PASS" in capsys.readouterr().out
 
 

@@ -2,5 +2,6 @@
 
 from deploy.analysis.analyse import analyse
 from deploy.analysis.record import FlightAnalysis
+from deploy.flightlog.reader import read_log as load
 
-__all__ = ["FlightAnalysis", "analyse"]
+__all__ = ["FlightAnalysis", "analyse", "load"]

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.progress_bar import ProgressBar
@@ -21,7 +22,7 @@ MESSAGES = 6  # newest events below the table
 REFRESH = 4.0  # Hz
 LINES_EVERY = 10.0  # s of flight between two plain lines of figures
 # Where a figure turns yellow, and red: battery [V] falling, link [ms] and error [m] rising.
-VOLTS, LATENCY, ERROR = (3.5, 3.2), (20.0, 100.0), (0.1, 0.25)
+VOLTS, LATENCY, ERROR = (3.5, 3.2), (60.0, 200.0), (0.1, 0.25)
 _PHASE_STYLES = {Phase.ABORTING: "bold red", Phase.ABORTED: "bold red", Phase.EMERGENCY: "bold white on red"}
 _WRONG = ("tumbled", "locked", "crashed", "deck fault")
 
@@ -121,11 +122,11 @@ def _head(status: FlightStatus) -> RenderableType:
 
 
 def _robots(status: FlightStatus) -> Table:
-    table = Table(header_style="bold", pad_edge=False, expand=False)
+    table = Table(header_style="bold", pad_edge=False, box=SIMPLE_HEAD)
     table.add_column("robot", no_wrap=True)
     table.add_column("state", no_wrap=True)
     for heading in ("position [m]", "battery [V]", "link [ms]", "error [cm]"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     table.add_column("note")
     for robot in status.robots:
         table.add_row(robot.name, _state(robot), *_figures(robot), Text(robot.note, style="red"))

@@ -52,6 +52,10 @@ class Page:
         look = f"const look = () => ({condition}) ? done(true) : setTimeout(look, 20); look();"
         assert self.ask(f"new Promise((done) => {{ {look} }})") is True
 
+    def settle(self) -> None:
+        """Until what was asked for is drawn."""
+        self.ask("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")
+
     def screenshot(self, path: Path) -> None:
         """A picture of what is seen."""
         path.write_bytes(base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"]))
@@ -90,5 +94,7 @@ def browser(folder: Path) -> Iterator[ClientConnection]:
             line = next(line for line in process.stderr if "DevTools listening on " in line)
             with connect(line.split("DevTools listening on ")[1].strip(), max_size=None) as socket:
                 yield socket
+                socket.send(json.dumps({"id": 0, "method": "Browser.close"}))
+                process.wait(PATIENCE)
         finally:
             process.kill()

@@ -37,7 +37,7 @@ def test_every_figure_is_there_and_what_is_wrong_is_red():
         "crashed",
     ):
         assert cell in text
-    for cell in ("1.00  2.00  0.60", "40.0", "250", "off its way [bold]", "12.0 s", "Ctrl-C lands"):
+    for cell in ("1.00  2.00  0.60", "40.0", "250", "position [m]", "off its way [bold]", "12.0 s", "Ctrl-C lands"):
         assert cell in text
     row = next(line for line in text.splitlines() if "cf3" in line)
     assert row.count("–") == 5  # nothing is known of it
