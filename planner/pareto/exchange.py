@@ -38,13 +38,19 @@ def search_all(problem: DriveProblem, weights: Array, *, seed: int = 0, stages: 
     """
     weights = np.asarray(weights, dtype=np.float64)
     phi = np.einsum("nm,mij->nij", weights, problem.phi)
-    z = np.random.default_rng(seed).normal(scale=SPREAD, size=(len(weights), 2 * problem.steps))
-    z[:, : problem.steps] += SPEED
+    z = first_guesses(problem, len(weights), seed)
     for stage, iterations in enumerate(stages):
         if stage > 0:
             z = z[best_for(problem.vectors(z), weights)]
-        z, _ = minimise(lambda point: problem.evaluate(point, phi), z, iterations)
+        z = minimise(lambda point: problem.evaluate(point, phi), z, iterations).z
     return BatchFront(weights, z, problem.vectors(z))
+
+
+def first_guesses(problem: DriveProblem, count: int, seed: int) -> Array:
+    """(count, 2 T) controls to begin with: straight on, more or less."""
+    z = np.random.default_rng(seed).normal(scale=SPREAD, size=(count, 2 * problem.steps))
+    z[:, : problem.steps] += SPEED
+    return z
 
 
 def best_for(vectors: Array, weights: Array) -> Array:

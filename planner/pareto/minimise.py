@@ -5,8 +5,10 @@ What one evaluation of a small problem costs in NumPy is calls; a hundred share 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ MEMORY = 10
 SUFFICIENT = 1e-4  # share of the promised decrease that a step has to bring (Armijo)
 SHORTER = 0.3  # a step that did not is tried again with this share of its length
 FIRST_STEP = 0.05  # largest component of the first step; scaled by curvature from then on
+PATIENCE, SETTLED = 50, 0.02  # settled: not lower by this share after so many iterations
 _TINY = 1e-14
 
 Objective = Callable[[Array], tuple[Array, Array]]
@@ -67,23 +70,35 @@ class _Memory:
         return -np.where(uphill[:, None], gradient, r)
 
 
-def minimise(objective: Objective, z: Array, iterations: int) -> tuple[Array, Array]:
+class Minimum(NamedTuple):
+    """Points (B, n), their values (B,), none above where it began, and the iterations it took."""
+
+    z: Array
+    value: Array
+    iterations: int
+
+
+def minimise(objective: Objective, z: Array, iterations: int, enough: float = -math.inf) -> Minimum:
     """Lower each lane's objective.
 
     Args:
         objective: values (B,) and gradients (B, n) at points (B, n); no lane depends on another.
         z: (B, n) where to begin.
-        iterations: evaluations, one for all lanes each.
-
-    Returns:
-        Points (B, n) and their values (B,), none above where it began.
+        iterations: at most; evaluations, one for all lanes each.
+        enough: value at which a lane is good enough; the search ends when all are, or as good as settled.
     """
     value, gradient = objective(z)
     memory = _Memory(*z.shape)
     steepest = np.abs(gradient).max(axis=1, keepdims=True)
     direction = -gradient * (FIRST_STEP / np.maximum(steepest, _TINY))
     length = np.ones(len(z))
-    for _ in range(iterations):
+    spent, before = 0, value
+    while spent < iterations and value.max() > enough:
+        if enough > -math.inf and spent % PATIENCE == PATIENCE - 1:
+            if ((value > enough) & (before - value > SETTLED * value)).sum() == 0:
+                break
+            before = value
+        spent += 1
         moved = z + length[:, None] * direction
         new_value, new_gradient = objective(moved)
         slope = np.einsum("bn,bn->b", gradient, direction)
@@ -94,4 +109,4 @@ def minimise(objective: Objective, z: Array, iterations: int) -> tuple[Array, Ar
         value = np.where(accepted, new_value, value)
         direction = np.where(lane, memory.direction(gradient), direction)
         length = np.where(accepted, 1.0, SHORTER * length)
-    return z, value
+    return Minimum(z, value, spent)

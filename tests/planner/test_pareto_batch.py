@@ -1,5 +1,7 @@
 """Many weights at once: derivatives, independence of lanes, and the published cases."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from planner.pareto.exchange import best_for, search_all
 from planner.pareto.hypervolume import hypervolume
 from planner.pareto.ideal import ideal_vectors
 from planner.pareto.minimise import minimise
+from planner.pareto.sequence import search_in_order
 from tests.planner.moes import GOLDEN, published
 
 
@@ -58,9 +61,9 @@ def test_vectors_are_the_objectives_of_each_map(two):
 
 def test_lanes_do_not_know_of_each_other(two):
     z, phi = controls(two, 3), np.broadcast_to(two.phi[1], (3, 10, 10))
-    together, values = minimise(lambda x: two.evaluate(x, phi), z, 30)
+    together, values, _ = minimise(lambda x: two.evaluate(x, phi), z, 30)
     for lane in range(3):
-        alone, value = minimise(lambda x: two.evaluate(x, phi[:1]), z[lane : lane + 1], 30)
+        alone, value, _ = minimise(lambda x: two.evaluate(x, phi[:1]), z[lane : lane + 1], 30)
         assert value == pytest.approx(values[lane : lane + 1], rel=1e-6)
         assert alone == pytest.approx(together[lane : lane + 1], abs=1e-4)
     assert (values < two.evaluate(z, phi)[0]).all()
@@ -72,9 +75,27 @@ def test_minimising_a_quadratic_finds_its_minimum():
     def bowl(z):
         return 0.5 * (scale * (z - centre) ** 2).sum(axis=1), scale * (z - centre)
 
-    z, value = minimise(bowl, np.zeros((2, 8)), 60)
+    z, value, _ = minimise(bowl, np.zeros((2, 8)), 60)
     assert z == pytest.approx(np.tile(centre, (2, 1)), abs=1e-6)
     assert value == pytest.approx(0.0, abs=1e-10)
+
+
+def test_what_is_good_enough_is_not_improved(two):
+    z, phi = controls(two, 2), two.phi
+    found = minimise(lambda x: two.evaluate(x, phi), z, 500, enough=0.05)
+    assert found.iterations < 100
+    assert found.value.max() <= 0.05
+    before = minimise(lambda x: two.evaluate(x, phi), z, found.iterations - 1)
+    assert before.value.max() > 0.05
+
+
+def test_warm_starts_take_fewer_iterations_than_scratch(two):
+    """The claim of SLES (Fig. 5), for a front as good."""
+    episodes = simplex.breadth_first(simplex.grid(2, 0.1), np.array([0.5, 0.5]))
+    warm = search_in_order(two, episodes)
+    scratch = search_in_order(two, [dataclasses.replace(episode, parent=None) for episode in episodes])
+    assert warm.iterations.sum() < 0.7 * scratch.iterations.sum()
+    assert hypervolume(warm.vectors) == pytest.approx(hypervolume(scratch.vectors), abs=0.003)
 
 
 def test_everybody_takes_the_best_there_is_for_him():
