@@ -14,7 +14,6 @@ from deploy.flightlog.reader import FlightRecord
 SEPARATION_ALLOWANCE = 0.05  # m that drones may come closer than the mission's separation
 CLEARANCE_ALLOWANCE = 0.02  # m that drones may come closer to obstacles than planned: what good tracking takes
 TRACKING_LIMIT = 0.05  # m, mean error of a good flight
-LAG_WARNING = 0.2  # s
 LANDED, ABORTED = "landed", "aborted"
 
 
@@ -107,9 +106,6 @@ def _tracking(e: Evidence) -> Iterator[Finding]:
     text = f"mean tracking error {mean * 100:.1f} cm, worst {worst.robot} with {worst.mean * 100:.1f} cm"
     level = Level.FAIL if mean > TRACKING_LIMIT else Level.WARN if worst.mean > TRACKING_LIMIT else Level.PASS
     yield Finding(level, "tracking", f"{text}; allowed: {TRACKING_LIMIT * 100:.0f} cm")
-    for item in known:
-        if item.mean_lag > LAG_WARNING:
-            yield Finding(Level.WARN, "lag", f"{item.robot} flew {item.mean_lag:.2f} s behind its trajectory")
 
 
 def _meetings(e: Evidence) -> Iterator[Finding]:

@@ -147,6 +147,21 @@ def test_what_is_no_oscillation():
     assert swing(t, 0.1 * np.sin(1.0 * t)) is None  # slow: that is the trajectory's
 
 
+def test_a_robot_that_is_late_by_its_controller_falls_behind(good):
+    series, estimate = (good.series[f"/cf2/{topic}"] for topic in ("pose", "estimate"))
+
+    def behind(times):
+        q = series["position"]
+        return np.stack([np.interp(times - 0.25, series.t, q[:, axis]) for axis in range(3)], axis=1)
+
+    late = changed(good, "/cf2/pose", "position", lambda t, _: behind(series.t))
+    late = changed(late, "/cf2/estimate", "position", lambda t, _: behind(estimate.t))
+    found = only(late, "falls behind")
+    assert found.robots == ("cf2",)
+    assert float(found.text.partition("by ")[2].partition(" ms")[0]) == pytest.approx(320.0, abs=20.0)
+    assert "limits.acceleration" in found.remedy
+
+
 def test_a_robot_that_sinks_under_another_is_downwash(good):
     tracked = {item.robot: item for item in analyse(good).tracking}
     t_pass = BEGIN + 6.0

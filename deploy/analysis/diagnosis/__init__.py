@@ -12,6 +12,7 @@ from deploy.analysis.diagnosis.clocks import clocks
 from deploy.analysis.diagnosis.downwash import downwash
 from deploy.analysis.diagnosis.dropouts import dropouts
 from deploy.analysis.diagnosis.ends import ends
+from deploy.analysis.diagnosis.following import following
 from deploy.analysis.diagnosis.frames import frames
 from deploy.analysis.diagnosis.identities import identities
 from deploy.analysis.diagnosis.links import links
@@ -28,6 +29,7 @@ _DOCTORS = (
     dropouts,
     frames,
     clocks,
+    following,
     oscillation,
     downwash,
     radio,

@@ -14,7 +14,7 @@ from missions.arrays import Array
 
 _ASIDE = 0.3  # m: how far beside the upper one's wake is felt
 _BELOW = 0.1, 1.5  # m under it
-_SUNK = 0.03  # m below the usual height
+_SUNK, _DEEP = 0.03, 0.075  # m below the usual height: worth a word, worth a warning
 _LASTS = 0.4  # s for which a wake shows after a passage
 _CLEAR = 3.0  # times the usual scatter of heights
 
@@ -49,7 +49,8 @@ def _sunk(e: Evidence, upper: Tracking, lower: Tracking) -> Iterator[Finding]:
         f"{float(above[under].min()):.2f} m above it"
     )
     remedy = "raise limits.vertical_separation (Crazyflies need about 0.6 m), or search in layers further apart"
-    yield Finding(Level.WARN, "downwash", text, remedy, (lower.robot, upper.robot), t, cause=True)
+    level = Level.WARN if sunk >= _DEEP else Level.PASS
+    yield Finding(level, "downwash", text, remedy, (lower.robot, upper.robot), t, cause=True)
 
 
 def _widened(t: Array, mask: Mask) -> Mask:
