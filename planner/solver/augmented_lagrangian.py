@@ -46,8 +46,8 @@ class Schedule:
 
     penalty: float = 0.1
     growth: float = 1.07
-    lingering: float = 1.02
-    calm: float = 1.05
+    lingering: float = 1.015
+    calm: float = 1.03
     hurrying: float = 1.1
     rushing: float = 1.3
     steep: float = 0.02
