@@ -14,8 +14,8 @@ from deploy.flight.loop import Flight, Vec3
 from deploy.flight.passages import fly
 from deploy.flight.reactions import Reaction
 from deploy.flight.reference import Way
-from deploy.flight.stops import LONGEST, Moving, Space, Stops, stop
-from deploy.flight.touchdown import OFF_THE_GROUND, height, land_in_turn, put_to_rest
+from deploy.flight.stops import Moving, Space, Stops, stop
+from deploy.flight.touchdown import OFF_THE_GROUND, height, land_in_turn, land_latecomers, put_to_rest
 from deploy.phases import Phase
 from deploy.radio import highlevel
 from missions.schema import Mission
@@ -26,7 +26,6 @@ from planner.transfers import Passage
 Planner = Callable[[Mission, Mapping[str, Vec3], Collection[str]], Passage]
 
 _ON_PLAN = 0.15  # m between reference and telemetered setpoint
-_LATECOMERS = 8.0  # s that are given to lost links when everybody else is down
 _CALM = 0.5  # s of hover between braking and landing
 _LONGEST_FALL = 2.0  # s: from 20 m
 _INSTANT = 0.01  # s; differences over it are velocities and accelerations
@@ -58,7 +57,7 @@ def abort(flight: Flight, reaction: Reaction) -> dict[str, bool]:
         if rest and not (reaction.policy in ("return", "land_here") and _over_the_pads(flight, rest)):
             _step_aside(flight, rest)
     down |= land_in_turn(flight, [name for name in flight.alive if name not in down])
-    landed = put_to_rest(flight, down | _land_latecomers(flight, down))
+    landed = put_to_rest(flight, down | land_latecomers(flight, down))
     flight.enter(Phase.ABORTED)
     return landed
 
@@ -107,22 +106,6 @@ def _halt(flight: Flight, name: str) -> None:
     target, duration = stops.targets[name], stops.durations[name]
     flight.fleet[name].send(highlevel.go_to(target, _yaw(flight, name), duration))
     flight.courses.ways[name] = Way(flight.position(name) or target, target, flight.clock.now(), duration)
-
-
-def _land_latecomers(flight: Flight, down: Mapping[str, bool]) -> dict[str, bool]:
-    """Everybody else is down: land those who fly somewhere and come back within a while. Who is known to be down."""
-    later: dict[str, bool] = {}
-    end = flight.clock.now() + _LATECOMERS
-    while flight.clock.now() < end and (flight.strays() or _back(flight, {**down, **later})):
-        flight.tick()
-        if back := _back(flight, {**down, **later}):
-            flight.wait(LONGEST + _CALM)  # to a stop
-            later |= land_in_turn(flight, back)
-    return later
-
-
-def _back(flight: Flight, down: Mapping[str, bool]) -> list[str]:
-    return [name for name in flight.alive if name not in down]
 
 
 def _stops(flight: Flight, names: Collection[str]) -> Stops:

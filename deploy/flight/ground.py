@@ -28,6 +28,7 @@ _KALMAN = 2
 _SETTLED_POSITION, _SETTLED_VELOCITY = SETTLED_DEVIATION, 0.2  # m, m/s
 _SETTLED_AGREEMENT = 0.03  # m, between estimate and motion capture; the pre-flight check allows a little more
 _SETTLED_FOR = 1.0  # s
+_LOOK = 0.3  # s of the last look: whoever is not seen any more is old by then
 Names: TypeAlias = Collection[str]
 Failures: TypeAlias = dict[str, DeployError]
 
@@ -140,6 +141,7 @@ def still_fine(flight: Flight) -> dict[str, str]:
                 found[name] = f"link lost: {drone.lost}" if drone.lost else "; ".join(reasons)
         return found
 
+    flight.wait(_LOOK)
     flight.wait_until(lambda: not failing(), TABLE[Phase.UPLOADED].allowance)
     return failing()
 

@@ -24,6 +24,7 @@ from deploy.flight.reactions import Reaction
 from deploy.flight.records import FlightStatus, Ready, RobotStatus
 from deploy.flight.rescue import Rescue
 from deploy.flight.timing import Timing
+from deploy.flight.watch import POSE_OLD
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
 from deploy.phases import Phase, Phases
@@ -189,9 +190,12 @@ class Flight:
         return tuple(name for name, drone in self.fleet.items() if drone.connected)
 
     def position(self, robot: str) -> Vec3 | None:
-        """Where a robot is [m], if it was ever seen."""
-        located = self.poses.located(robot)
-        return None if located is None else located.pose.position
+        """Where a robot is [m], if it was ever seen; by its own word while motion capture does not see it."""
+        located, estimate = self.poses.located(robot), self.fleet[robot].estimate
+        if located is None:
+            return None
+        unseen = self.clock.now() - located.t > POSE_OLD
+        return estimate.position if unseen and estimate and estimate.t > located.t + POSE_OLD else located.pose.position
 
     def strays(self) -> dict[str, Callable[[float], Vec3]]:
         """Who flies and cannot be told anything: where each will be so many seconds from now [m], as far as known.

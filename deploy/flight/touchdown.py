@@ -9,13 +9,15 @@ import numpy as np
 
 from deploy.flight.landing import landing_waves
 from deploy.flight.loop import Flight
-from deploy.flight.stops import Space
+from deploy.flight.stops import LONGEST, Space
 from deploy.phases import TABLE, Phase
 from deploy.radio import highlevel
 
 GROUND_CLEARANCE = 0.03  # m above the pads' height: where the motors stop
 OFF_THE_GROUND = 0.10  # m above the pad
 _DISARMING = 1.0  # s; a drone that stays armed keeps its propellers dangerous, but the flight is over
+_LATECOMERS = 6.0  # s
+_WORD = 0.5  # s: until telemetry says whether it flies
 _LOOKS = 20  # at where a drone that cannot be told will be while another one lands
 
 
@@ -75,6 +77,21 @@ def land_in_turn(flight: Flight, names: Iterable[str]) -> dict[str, bool]:
             flight.event("landing", f"{', '.join(now)} first; {', '.join(left)} wait")
         down |= land_together(flight, now)
     return down
+
+
+def land_latecomers(flight: Flight, down: Mapping[str, bool]) -> dict[str, bool]:
+    """Give lost links a while when everybody else is down; who is back and flies lands. Who is known to be down.
+
+    ``flight.on_return`` has told them to stop already, if that was needed.
+    """
+    known = {name: True for name, landed in down.items() if landed}
+    end = flight.clock.now() + _LATECOMERS
+    while len(known) < len(flight.fleet) and flight.clock.now() < end:
+        flight.tick()
+        if back := [name for name in flight.alive if name not in known]:
+            flight.wait(LONGEST if any(height(flight, name) > OFF_THE_GROUND for name in back) else _WORD)
+            known |= {name: True for name, landed in land_in_turn(flight, back).items() if landed}
+    return known
 
 
 def put_to_rest(flight: Flight, down: Mapping[str, bool]) -> dict[str, bool]:
