@@ -12,9 +12,9 @@ from missions.arrays import Array, frozen
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.timeline import Timeline
 
-_LAGS = np.arange(-0.2, 1.2001, 0.02)  # s, lags that are tried
-_FINE = 0.02  # s, steps at which a trajectory is as good as straight: 0.05 mm at 1 m/s²
-_LAG_SAMPLES = 1500  # positions compared; a long flight is thinned, not cut
+_STEP, _BACK, _AHEAD = 0.02, 60, 10  # s, and how many of them a robot may be behind and ahead
+_NEAR = 0.25  # s between samples beyond which nothing is known in between
+_LAG_SAMPLES, _LEAST_SAMPLES = 1500, 20  # positions compared; a long flight is thinned, not cut
 _LEAST_MOTION = 0.02  # m of standard deviation below which an axis says nothing about lag
 
 
@@ -99,17 +99,28 @@ def track(
 
 
 def lags(t: Array, q: Array, reference: PiecewisePolynomial) -> tuple[float, float, float]:
-    """Per axis, the shift of the reference that correlates best with what was flown (Pearson), to a parabola's top."""
-    every = math.ceil(len(t) / _LAG_SAMPLES)
-    t, flown = t[::every], q[::every] - q[::every].mean(axis=0)
-    grid = np.arange(t[0] - _LAGS[-1], t[-1] - _LAGS[0] + 2.0 * _FINE, _FINE)
-    path = reference.evaluate(grid)[:, :3]
-    spread, correlation = np.empty((len(_LAGS), 3)), np.empty((len(_LAGS), 3))
-    for row, lag in enumerate(_LAGS):
-        shifted = np.stack([np.interp(t - lag, grid, path[:, axis]) for axis in range(3)], axis=1)
-        shifted = shifted - shifted.mean(axis=0)
-        spread[row] = np.sqrt((shifted**2).mean(axis=0))
-        correlation[row] = (shifted * flown).mean(axis=0)
+    """Per axis, the shift of the reference that correlates best with what was flown (Pearson), to a parabola's top.
+
+    Args:
+        t: (S,) times in the trajectory [s], increasing.
+        q: (S, 3) positions then [m].
+        reference: the trajectory.
+    """
+    n = int((t[-1] - t[0]) / _STEP) + 1
+    grid = t[0] + _STEP * np.arange(n)
+    later = np.clip(np.searchsorted(t, grid), 1, len(t) - 1)
+    seen = np.flatnonzero(t[later] - t[later - 1] <= _NEAR)
+    seen = seen[:: max(1, math.ceil(len(seen) / _LAG_SAMPLES))]
+    if len(seen) < _LEAST_SAMPLES:
+        return math.nan, math.nan, math.nan
+    flown = np.stack([np.interp(grid[seen], t, q[:, axis]) for axis in range(3)], axis=1)
+    flown -= flown.mean(axis=0)
+    path = reference.evaluate(t[0] + _STEP * np.arange(-_BACK, n + _AHEAD))[:, :3]
+    # The trajectory as late as every lag that is tried, the least first: (lags, 3, samples).
+    shifted = np.lib.stride_tricks.sliding_window_view(path, n, axis=0)[::-1][:, :, seen]
+    variance = np.maximum((shifted**2).mean(axis=2) - shifted.mean(axis=2) ** 2, 0.0)
+    spread = np.sqrt(variance)
+    correlation = np.einsum("lak,ka->la", shifted, flown) / len(seen)
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation /= spread * np.sqrt((flown**2).mean(axis=0))
     still = spread.min(axis=0) < _LEAST_MOTION
@@ -119,9 +130,9 @@ def lags(t: Array, q: Array, reference: PiecewisePolynomial) -> tuple[float, flo
 
 def _peak(correlation: Array) -> float:
     best = int(np.argmax(correlation))
-    if best in (0, len(_LAGS) - 1):
+    if best in (0, len(correlation) - 1):
         return math.nan  # at the edge of what was tried: no peak
     before, top, after = correlation[best - 1 : best + 2]
     curvature = before - 2.0 * top + after
     offset = 0.5 * (before - after) / curvature if curvature < 0.0 else 0.0
-    return float(_LAGS[best] + offset * (_LAGS[1] - _LAGS[0]))
+    return _STEP * (best - _AHEAD + offset)
