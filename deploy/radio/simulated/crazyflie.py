@@ -11,7 +11,6 @@ from deploy.radio.simulated.decks import decks as decks_named
 from deploy.radio.simulated.high_level.commander import HighLevelCommander
 from deploy.radio.simulated.high_level.planner import Foresight
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
-from deploy.radio.simulated.interface import PERIOD as TICK
 from deploy.radio.simulated.interface import Course, Orders, PoseMeasurement, Setpoint, Telemetry
 from deploy.radio.simulated.parameters import Parameters
 from deploy.radio.simulated.platform_defaults import platform_defaults
@@ -40,6 +39,8 @@ _LINK_TIMEOUT = 1.0  # [s] without a client after which log blocks are deleted (
 _LOW_BATTERY_TIME = 5.0  # [s] below pm.lowVoltage before pm.state says so
 BROWN_OUT = 2.5  # [V] below which processors and radio stop (estimate: 2.8 V regulators, reset level of the STM32)
 _SLACK = 1e-9  # [s] times are multiples of a tick up to rounding
+# Their packets change nothing that was foreseen. cflib's pings come by wall time: physics must not notice them.
+_IDLE = (localization.PORT, link.PORT)
 _GROUNDED = Orders()
 
 Receiver = Callable[[int, int, bytes], None]
@@ -120,7 +121,7 @@ class SimulatedCrazyflie:
             handle = self._ports.get(header >> 4)
             if handle is None:
                 return
-            if header >> 4 != localization.PORT and self._due > -math.inf:  # it may change what was foreseen
+            if header >> 4 not in _IDLE and self._due > -math.inf:
                 self._high_level.catch_up()
                 self._due = -math.inf
             try:
@@ -135,10 +136,14 @@ class SimulatedCrazyflie:
                 self._localization.add(measurement)
 
     def glance(self, t: float) -> tuple[PoseMeasurement, ...] | None:
-        """See :meth:`interface.Firmware.glance`: along a trajectory there is nothing to do at most ticks."""
+        """See :meth:`interface.Firmware.glance`: on the ground and along a trajectory most ticks bring nothing new."""
+        self._t = t
+        if t >= self._due - _SLACK:
+            return None
+        if not self._localization.waiting:  # nearly always: no lock for that
+            return ()
         with self._lock:
-            self._t = t
-            return None if t >= self._due - _SLACK else self._measurements()
+            return self._measurements()
 
     def tick(self, t: float, telemetry: Telemetry) -> Orders:
         """Run the 100 Hz work at world time ``t`` [s]."""
@@ -166,16 +171,11 @@ class SimulatedCrazyflie:
             if self._receiver is None and t - self._closed_at > _LINK_TIMEOUT:
                 self._log.reset()
             self._log.run()
-            if orders.course is not None and self._receiver is not None and not crash_g:
-                self._due = self._next_look(orders.course)
+            if self._receiver is not None and not crash_g:
+                # Log blocks go by whole milliseconds, see _milliseconds.
+                due: float = min(self._next_supervision, (self._log.due - 0.5) / 1000.0)
+                self._due = min(self._booted + due, orders.hold_until(telemetry))
             return orders
-
-    def _next_look(self, course: Course) -> float:
-        """World time of the next tick that telemetry is needed for [s] while a trajectory is followed."""
-        after: float = course.begin + TICK * course.goals.shape[1]
-        # Log blocks go by whole milliseconds, see _milliseconds.
-        due: float = min(self._next_supervision, (self._log.due - 0.5) / 1000.0)
-        return min(after, self._booted + due)
 
     def _measurements(self) -> tuple[PoseMeasurement, ...]:
         """Poses that arrived since the last tick."""

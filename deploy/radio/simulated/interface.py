@@ -19,6 +19,7 @@ PERIOD = 0.01  # [s] between ticks
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 ZERO: Vec3 = (0.0, 0.0, 0.0)
+_AT_REST = 0.05  # [m/s]
 
 
 class SetpointMode(Enum):
@@ -94,6 +95,14 @@ class Orders(NamedTuple):
     # Parameters of controllers and estimator that are not the defaults, by name; the same object until one changes.
     tuning: Mapping[str, float] = MappingProxyType({})
     course: Course | None = None  # what the setpoint is part of; None: it stays as it is
+
+    def hold_until(self, telemetry: Telemetry) -> float:
+        """World time [s] until which they stay as they are if nothing happens; the past if they are for one tick."""
+        if self.course is not None:
+            return self.course.begin + PERIOD * len(self.course.goals[0])
+        # At rest: where the drone is is where a plan would start, and that does not change.
+        at_rest = self.setpoint.mode is SetpointMode.OFF and math.hypot(*telemetry.velocity) < _AT_REST
+        return math.inf if at_rest else -math.inf
 
 
 class Telemetry(NamedTuple):

@@ -105,10 +105,9 @@ class HighLevelCommander:
 
     @property
     def foreseen(self) -> Foresight | None:
-        """What the latest setpoint is part of; None if setpoints have to be asked for tick by tick: landing, say."""
+        """What the latest setpoint is part of; None if setpoints have to be asked for tick by tick."""
         foreseen = self._foreseen
-        usable = foreseen is not None and foreseen.finite and self.planner.state is PlannerState.FLYING
-        return foreseen if usable else None
+        return foreseen if foreseen is not None and foreseen.finite and self.is_active else None
 
     def catch_up(self) -> None:
         """Nobody asked for the latest ticks' setpoints: what comes next starts from there all the same."""

@@ -96,6 +96,8 @@ class Planner:
             if 0 <= k < len(seen.times) and seen.times[k] == t:
                 return seen
         times = (now + _AHEAD).astype(np.float32)
+        if self.state is PlannerState.LANDING:  # which ends in idleness: until then only
+            times = times[: next((k for k, at in enumerate(times) if trajectory.is_finished(at)), len(times))]
         with np.errstate(all="ignore"):
             goals = trajectory.evaluate_all(times)
         finite = bool(np.isfinite(goals).all())

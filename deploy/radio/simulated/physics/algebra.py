@@ -51,6 +51,7 @@ _HAMILTON = _bilinear(
 )
 _CROSS = _bilinear("+yz -zy, +zx -xz, +xy -yx", "xyz", "xyz")
 _SKEW = frozen(np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]))
+_CONJUGATE = frozen(np.array([-1.0, -1.0, -1.0, 1.0]))
 RATE = frozen(0.5 * _HAMILTON.reshape(4, 4, 4)[:, :3].reshape(12, 4))
 """(12, 4): outer(q, body rates) times this is dq/dt."""
 
@@ -74,7 +75,7 @@ def multiply(a: Array, b: Array) -> Array:
 
 def conjugate(q: Array) -> Array:
     """Inverse rotations (N, 4)."""
-    out: Array = q * np.array([-1.0, -1.0, -1.0, 1.0])
+    out: Array = q * _CONJUGATE
     return out
 
 

@@ -67,14 +67,15 @@ class Autopilots:
     def aim(self, state: Estimates, dt: float) -> None:
         """Once a control tick of dt: the slow loops, from what the drones believe."""
         running = self._allowed & self.setpoints.active
-        if running.any():
+        count = np.count_nonzero(running)
+        if count:
             thrust = self._aim(state, dt)
-            if not running.all():
+            if count < len(running):
                 stopped = np.flatnonzero(~running)
                 self._mellinger.reset(stopped)
                 self._pid.reset(stopped, state.rotation)
-            # Without thrust the firmware gives no moments either.
-            self._take(thrust * running)
+                thrust = thrust * running
+            self._take(thrust)
         elif not self.idle:
             everybody = np.arange(len(running))
             self._mellinger.reset(everybody)
@@ -82,9 +83,13 @@ class Autopilots:
             self._take(np.zeros(len(running)))
 
     def _take(self, thrust: Array) -> None:
+        """Collective commands; without thrust the firmware gives no moments either."""
         self.thrust = thrust
         turning = thrust > 0.0
-        self.idle, self._all_turn = not turning.any(), bool(turning.all())
+        count = np.count_nonzero(turning)
+        if count == len(turning) and self._all_turn:
+            return
+        self.idle, self._all_turn = count == 0, count == len(turning)
         self._turning = turning.astype(np.float64)[:, None]
         self.resting = 1.0 - self._turning
 

@@ -210,9 +210,10 @@ class Estimators:
             believed: (K, 4) errors of attitude before.
         """
         p = self.covariance.take(index, 0)
+        seen = p[:, :6].copy()  # H P
         s = p[:, :6, :6].copy()
         s.reshape(-1, 36)[:, ::7] += noise  # the diagonals
-        weights = np.linalg.solve(s, p[:, :6])  # S⁻¹ H P: the gain's transpose, S being symmetric
+        weights = np.linalg.solve(s, seen)  # S⁻¹ H P: the gain's transpose, S being symmetric
         step = np.matmul(innovation[:, None, :], weights)[:, 0]
         self._error[index] += step[:, 3:]
         self.rotation_error[index] = believed + _turns(step[:, :3], believed)

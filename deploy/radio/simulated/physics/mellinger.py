@@ -104,6 +104,7 @@ class Mellinger:
         integral += error * dt
         np.minimum(np.maximum(integral, -self._i_range, out=integral), self._i_range, out=integral)
         integral = self._moment_integral
+        integral -= dt * self._off_attitude_row
         np.minimum(np.maximum(integral, -self._i_range_m, out=integral), self._i_range_m, out=integral)
         force = self._kp * error + self._kd * (target.ahead[:, 0:3] - state.velocity) + self._ki * self._integral
         force += self._mass * target.ahead[:, 3:6]
@@ -139,7 +140,6 @@ class Mellinger:
         self._off_rates_before[:] = self._off_rates
         np.matmul(self._attitude_error, rotation.reshape(-1, 9, 1), out=self._off_attitude)
         np.subtract(self._omega, rates, out=self._off_rates)
-        self._moment_integral -= self._dt * self._off_attitude_row
         if self._alike:
             np.dot(self._errors, self._gains, out=moments)
         else:

@@ -50,6 +50,11 @@ class LocalizationPort:
         """A measurement that did not come by radio."""
         self._pending.append(measurement)
 
+    @property
+    def waiting(self) -> bool:
+        """Whether there is something to take."""
+        return bool(self._pending)
+
     def take(self) -> tuple[PoseMeasurement, ...]:
         """Measurements since the last call, oldest first."""
         if not self._pending:
