@@ -130,7 +130,8 @@ class FlightLog:
 
     def motors(self, robot: str, t: float, power: Sequence[int]) -> None:
         """What each motor is commanded: m1 to m4, 0..65535."""
-        self.write(f"/{robot}/motors", t, {f"m{k}": value for k, value in enumerate(power, 1)})
+        numbers = {f"m{k}": value for k, value in enumerate(power, 1)}
+        self._put(f"/{robot}/motors", self._nanoseconds(t), vectors_to_json((), (), numbers))
 
     def event(
         self,

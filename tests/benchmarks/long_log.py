@@ -17,11 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
+from deploy.flight.picture import Picture
+from deploy.flight.poses import Located
 from deploy.flightlog.writer import FlightLog
 from deploy.planfile import plan_bytes
 from missions.arrays import Array
 from missions.loader import parse_mission
 from missions.schema import Mission
+from mocap.source import Pose
 from planner.certificate.certify import certify
 from planner.flightplan import FlightPlan
 from planner.indicators import indicators
@@ -91,6 +94,7 @@ def write_log(path: Path, drones: int, minutes: float) -> int:
     events = {0.0: ("phase", "airborne"), BEGIN: ("mission_start", "on_mission"), end: ("mission_end", "landing")}
     rehearsed = {"backend": "simulated", "seed": "0"}
     with FlightLog(path, EPOCH, {"plan.mcap": plan_bytes(flown)}, rehearsed, when_full="wait") as log:
+        picture = Picture(log, flown, {name: decode(item) for name, item in flown.trajectories.items()}, 0.0)
         for step, now in enumerate(t.tolist()):
             if now in events:
                 log.event(now, events[now][0], "now", phase=events[now][1])
@@ -104,10 +108,16 @@ def write_log(path: Path, drones: int, minutes: float) -> int:
                 log.estimate(name, now, position, speed, (0.01, -0.02, 0.0), tick=step * 20)
                 log.setpoint(name, now, target, speed, 0.0, tick=step * 20)
                 log.battery(name, now, 4.1 - 0.8 * now / end, 80.0, 0)
+                log.motors(name, now, (36_000 + 3 * step % 500, 36_100, 35_900, 36_050))
                 log.supervisor(name, now, 0x1E, ["can_fly", "flying"])
                 if BEGIN <= now <= end:
                     log.reference(name, now, target, speed)
-                records += 5
+                records += 6
+            if step % SLOWER == 0:
+                seen = {name: Located(now, Pose(tuple(truth[step, i].tolist()))) for i, name in enumerate(names)}
+                picture.show(now, seen)
+                if step % (2 * SLOWER) == 0 and BEGIN <= now <= end:
+                    picture.cover(now, seen)
             if step % POSE_RATE == 0:
                 counts = {"sent": step * 3, "received": step * 3, "lost": 0}
                 for name in names:

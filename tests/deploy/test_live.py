@@ -9,6 +9,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from deploy.cli.flying import watched
 from deploy.errors import DeployError
 from deploy.flight.records import FlightStatus, RobotStatus
 from deploy.flightlog.writer import FlightLog
@@ -30,8 +31,8 @@ def plan():
 
 @pytest.fixture
 def served(plan):
-    with live(plan, 0) as watched:
-        yield watched
+    with live(plan, 0) as server:
+        yield server
 
 
 def status(k, phase=Phase.ON_MISSION, message="go", note=""):
@@ -167,6 +168,19 @@ def test_a_port_that_is_taken_is_an_error_before_the_flight(served, plan):
     port = int(served.url.split(":")[2].strip("/"))
     with pytest.raises(DeployError, match=f"port {port} of this computer cannot be served"), live(plan, port):
         pass
+
+
+def test_the_command_line_shows_it_all_at_once(plan, tmp_path, capsys):
+    with watched(plan, live=0) as watch:
+        url = capsys.readouterr().err.split("live: ")[1].split()[0]
+        with connect(url.replace("http", "ws") + "feed") as socket:
+            assert hear(socket) == {"begin": []}
+            watch.observer(status(12))
+            assert hear(socket)["t"] == 1.2
+        assert watch.tap is not None
+    assert "on mission: go" in capsys.readouterr().err
+    with watched(plan) as watch:
+        assert watch.tap is None
 
 
 @pytest.mark.browser
