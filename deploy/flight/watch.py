@@ -42,6 +42,7 @@ from typing import Literal
 import numpy as np
 
 from deploy.radio.supervisor import Supervisor
+from missions.arrays import Array
 from missions.fleet import accelerations, fence, speeds
 from missions.schema import Mission
 
@@ -53,6 +54,7 @@ LOW_BATTERY = 0.2  # V above the limit
 TILTED = 0.7  # share of the limit
 SEPARATION_SLACK = 0.05  # m
 SEPARATION_SHARE = 0.6
+_NOWHERE: Vec3 = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -161,13 +163,26 @@ def inspect(limits: Limits, drones: Sequence[Seen]) -> list[Finding]:
 
 
 def _near(limits: Limits, drones: Sequence[Seen]) -> Iterator[tuple[Seen, Seen]]:
-    """Pairs that are near enough to matter within the time that is looked ahead; all pairs in one go."""
-    positions = np.array([drone.position or (math.nan,) * 3 for drone in drones], dtype=np.float64).reshape(-1, 3)
-    with np.errstate(all="ignore"):  # captured positions are what they are; what is no number is near nobody
-        offset = positions[:, None] - positions
-        near = np.einsum("ijk,ijk->ij", offset, offset) < (limits.separation + limits.closing * AHEAD[-1]) ** 2
-    for i, j in np.argwhere(np.triu(near, 1)).tolist():
+    """Pairs that are too near, or will be within the time that is looked ahead: all pairs in one go."""
+    too_near = limits.separation - SEPARATION_SLACK
+    distances = _distances([drone.position if drone.age <= POSE_LOST else None for drone in drones])
+    matters = np.triu(distances < limits.separation + limits.closing * AHEAD[-1], 1)
+    close = distances < too_near
+    asked = set(np.argwhere(matters).ravel().tolist())
+    soon = [drone.soon if i in asked else () for i, drone in enumerate(drones)]
+    for k in range(len(AHEAD)):
+        close |= _distances([places[k] if len(places) > k else None for places in soon]) < too_near
+    for i, j in np.argwhere(matters & close).tolist():
         yield drones[i], drones[j]
+
+
+def _distances(places: Sequence[Vec3 | None]) -> Array:
+    """Of every pair (N, N) [m]; from who is nowhere they are no numbers, and so below nothing."""
+    positions = np.array([place or _NOWHERE for place in places], dtype=np.float64).reshape(-1, 3)
+    with np.errstate(all="ignore"):  # captured positions are what they are
+        offset = positions[:, None] - positions
+        distances: Array = np.sqrt(np.einsum("ijk,ijk->ij", offset, offset))
+    return distances
 
 
 def _link(drone: Seen) -> list[Finding]:
