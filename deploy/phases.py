@@ -60,15 +60,14 @@ class Rule:
 
 P = Phase
 AGAIN = "tried again, then left behind (`min_robots`), else nobody flies"
-BEHIND = "left behind (`min_robots`), else nobody flies"
 POLICY = "the mission's policy for what is found; by default all land"
 TABLE: Mapping[Phase, Rule] = MappingProxyType(
     {
         P.IDLE: Rule("the certificate passes and is for these bytes", 60.0, P.CONNECTED, P.CANCELLED, AGAIN),
         P.CONNECTED: Rule("link up, parameters read back, telemetry runs", 20.0, P.CHECKED, P.CANCELLED, AGAIN),
         P.CHECKED: Rule("estimator settled, every pre-flight check passed", 60.0, P.UPLOADED, P.CANCELLED, AGAIN),
-        P.UPLOADED: Rule("memory read back equal, trajectory defined", 5.0, P.ARMED, P.CANCELLED, BEHIND),
-        P.ARMED: Rule("supervisor armed and able to fly", 2.0, P.TAKING_OFF, P.CANCELLED, "nobody flies"),
+        P.UPLOADED: Rule("memory read back equal, trajectory defined", 5.0, P.ARMED, P.CANCELLED, AGAIN),
+        P.ARMED: Rule("every check passed once more, supervisor armed", 2.0, P.TAKING_OFF, P.CANCELLED, "nobody flies"),
         P.TAKING_OFF: Rule("every supervisor ready; take-off is commanded", 2.0, P.TRANSFERRING, P.ABORTING, POLICY),
         P.TRANSFERRING: Rule("pose within 15 cm of the altitude", 2.0, P.SETTLING, P.ABORTING, POLICY),
         P.SETTLING: Rule("transfer time is over", 5.0, P.ON_MISSION, P.ABORTING, POLICY),

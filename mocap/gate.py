@@ -233,7 +233,7 @@ class Gate:
     def _upright(self, robot: str, track: Track, pose: Pose, incidents: list[Incident]) -> Pose:
         if pose.quaternion is None:
             return pose
-        off = track.turn_off(pose.quaternion, self._t, self._fresh_word(robot))
+        off = track.turn_off(pose.quaternion, self._t, lambda: self._fresh_word(robot))
         if not off:
             track.attitude, track.turned, track.askew = pose.quaternion, self._t, False
             return pose

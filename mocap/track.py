@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -48,19 +49,19 @@ class Track:
         """Where it should be at t [m]."""
         return carried_on(self.position, self.velocity, t - self.t)
 
-    def turn_off(self, attitude: Quat, t: float, word: Word | None) -> float:
+    def turn_off(self, attitude: Quat, t: float, word: Callable[[], Word | None]) -> float:
         """By how much an attitude is off at t [rad] if it is off by more than can be; else 0.
 
         Args:
             attitude: reported.
             t: when [s].
-            word: the robot's own; decides where the last attitude is too old to tell, or was refused.
+            word: asks for the robot's own; decides where the last attitude is too old to tell, or was refused.
         """
         allowed = _TWIST + _SPIN * (t - self.turned)
         if self.attitude is not None and allowed < math.pi and not self.askew:
             off = angle(attitude, self.attitude)
-        elif word is not None:
-            off, allowed = angle(attitude, quaternion(word.rpy)), _UPRIGHT
+        elif (own := word()) is not None:
+            off, allowed = angle(attitude, quaternion(own.rpy)), _UPRIGHT
         else:
             return math.pi if self.askew else 0.0
         return off if off > allowed else 0.0
@@ -69,9 +70,9 @@ class Track:
         """Take a believed position that continues the last one."""
         dt = t - self.t
         share = 1.0 - math.exp(-dt / _SMOOTHING)
-        moved = zip(position, self.position, self.velocity, strict=True)
-        x, y, z = (v + share * ((p - q) / dt - v) for p, q, v in moved)
-        self.restart(position, (x, y, z), t)
+        (x, y, z), (a, b, c), (u, v, w), rate = position, self.position, self.velocity, share / dt
+        velocity = u + rate * (x - a) - share * u, v + rate * (y - b) - share * v, w + rate * (z - c) - share * w
+        self.restart(position, velocity, t)
 
     def restart(self, position: Vec3, velocity: Vec3, t: float) -> None:
         """Take a believed position, whatever was before."""

@@ -28,7 +28,6 @@ _KALMAN = 2
 _SETTLED_POSITION, _SETTLED_VELOCITY = SETTLED_DEVIATION, 0.2  # m, m/s
 _SETTLED_AGREEMENT = 0.03  # m, between estimate and motion capture; the pre-flight check allows a little more
 _SETTLED_FOR = 1.0  # s
-_LOOK = 0.3  # s of the last look: whoever is not seen any more is old by then
 Names: TypeAlias = Collection[str]
 Failures: TypeAlias = dict[str, DeployError]
 
@@ -124,26 +123,6 @@ def load(flight: Flight, names: Names) -> Failures:
     """Certified bytes into these drones, read back."""
     trajectories = flight.plan.trajectories
     return flight.fleet.attempt(lambda drone: upload(drone, trajectories[drone.name]), flight.tick, among=names)[1]
-
-
-def still_fine(flight: Flight) -> dict[str, str]:
-    """Look again right before take-off, for as long as it may pass; returns who fails what.
-
-    Uploads take a while: somebody may have been moved, covered, swapped or switched off since the checks.
-    """
-
-    def failing() -> dict[str, str]:
-        found = {}
-        for name, drone in flight.fleet.items():
-            failed = [check for check in judge(flight, name) if check.result == "failure"]
-            if drone.lost or failed:
-                reasons = [f"{check.name}: {check.value}" for check in failed]
-                found[name] = f"link lost: {drone.lost}" if drone.lost else "; ".join(reasons)
-        return found
-
-    flight.wait(_LOOK)
-    flight.wait_until(lambda: not failing(), TABLE[Phase.UPLOADED].allowance)
-    return failing()
 
 
 def arm(flight: Flight) -> dict[str, str]:

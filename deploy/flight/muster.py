@@ -2,7 +2,7 @@
 
 On the ground, steps are taken by all drones at once, each with failures of its own::
 
-    connect ──► settle the estimator ──► check ──► upload ──► arm
+    connect ──► settle the estimator ──► check ──► upload ──► check again ──► arm
 
 Who fails a step takes all steps up to it again, after a pause that doubles: a drone that was restarted has forgotten
 everything. Who fails for good is left behind if ``safety.min_robots`` allows it and the certificate of the others,
@@ -36,7 +36,8 @@ from planner.errors import PlannerError
 from planner.flightplan import FlightPlan
 from planner.subset import without
 
-_CONNECT, _SETTLE, _CHECK, _LOAD = range(4)
+_CONNECT, _SETTLE, _CHECK, _LOAD, _AGAIN = range(5)
+_LOOK = 0.3  # s of the last look: whoever is not seen any more is old by then
 
 
 class ChecksFailed(DeployError):
@@ -63,7 +64,7 @@ class Muster:
         self._checks: dict[str, tuple[PreflightCheck, ...]] = {}
         self._failed: Failures = {}
         self._refusals: tuple[PreflightCheck, ...] = ()
-        self._steps = (ground.connect, ground.settle_estimators, self._check, ground.load)
+        self._steps = (ground.connect, ground.settle_estimators, self._check, ground.load, self._check_again)
 
     def check(self) -> PreflightReport:
         """Connect and check everybody, whatever fails; nothing is uploaded. Returns every check."""
@@ -122,7 +123,9 @@ class Muster:
 
     def _arm(self) -> None:
         flight = self._flight
-        self._leave(ground.still_fine(flight))
+        self._failed = {}
+        self._take(_AGAIN)
+        self._leave({name: str(error) for name, error in self._failed.items()})
         if waiting := ground.arm(flight):
             ground.disarm(flight, waiting)
             self._leave(waiting)
@@ -168,6 +171,17 @@ class Muster:
                 failures[name] = LinkError(f"{name}: link lost: {lost}")
             elif failed:
                 failures[name] = ChecksFailed(failed)
+        return failures
+
+    def _check_again(self, flight: Flight, names: Collection[str]) -> Failures:
+        """Uploads take a while: somebody may have been moved, covered, swapped or restarted since the checks."""
+        asked = flight.clock.now()
+        flight.wait(_LOOK + 1.0 / flight.plan.mission.flight.log_rate)
+        failures = self._check(flight, names)
+        for name in names:
+            estimate = flight.fleet[name].estimate
+            if estimate is None or estimate.t <= asked:
+                failures.setdefault(name, LinkError(f"{name}: no telemetry any more: has it restarted?"))
         return failures
 
     def _note(self, name: str, checks: tuple[PreflightCheck, ...]) -> None:

@@ -216,7 +216,28 @@ def test_a_link_lost_after_the_upload_keeps_that_one_on_the_ground(bench, monkey
         assert nobody_moved(truth)
 
 
-@pytest.mark.parametrize(("plan", "flies"), [(STRICT, False), (LENIENT, True)])
+def test_a_drone_that_restarts_right_after_its_upload_is_loaded_again(bench, monkeypatch):
+    honest, stages = ground.load, []
+
+    def load(flight, names):
+        failures = honest(flight, names)
+        if len(stages) == 1:
+            stages.append("restarted")
+            stages[0].swarm.drones["cf1"].reboot()
+        return failures
+
+    monkeypatch.setattr(ground, "load", load)
+
+    def fly_and_tell(ready, *args, **kwargs):
+        stages.append(ready)
+        return fly_on(ready, *args, **kwargs)
+
+    outcome, _, _ = bench(STRICT, act=fly_and_tell)
+    assert outcome.completed, outcome
+    assert any("; again in 1 s" in warning for warning in outcome.warnings)
+
+
+@pytest.mark.parametrize(("plan", "flies"), [(plan_with(retries=0), False), (plan_with(retries=0, min_robots=1), True)])
 def test_who_is_not_seen_any_more_after_the_upload_does_not_take_off(bench, monkeypatch, plan, flies):
     honest, stages = ground.load, []
 
