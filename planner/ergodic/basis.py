@@ -34,11 +34,13 @@ class CosineBasis:
     Attributes:
         lower: (ν,) lower corner [m]. upper: (ν,) upper corner [m].
         n: number of functions an axis, k = 0..n−1.
+        exponent: of 1 + |k|² in Λ_k; None: −(ν+1)/2.
     """
 
     lower: Array
     upper: Array
     n: int = 10
+    exponent: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", frozen(self.lower))
@@ -65,7 +67,8 @@ class CosineBasis:
     @cached_property
     def Lambda_k(self) -> Array:
         """Sobolev weights, (n,)*ν."""
-        return frozen((1.0 + (self.k**2).sum(axis=-1)) ** (-(self.dimension + 1) / 2))
+        exponent = -(self.dimension + 1) / 2 if self.exponent is None else self.exponent
+        return frozen((1.0 + (self.k**2).sum(axis=-1)) ** exponent)
 
     def tables(self, points: Array, dtype: DTypeLike = np.float64) -> Tables:
         """Factors cos(kθ) and sin(kθ) at ``points`` (M, ν) [m], by the Chebyshev recurrence from one sincos."""

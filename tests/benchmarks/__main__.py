@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tests.benchmarks import flightlog, long_log, pareto, planner, reference, rehearsal, trajectories
+from tests.benchmarks import flightlog, library, long_log, pareto, planner, reference, rehearsal, trajectories
 
 
 def main() -> None:
@@ -18,6 +18,8 @@ def main() -> None:
     trajectories.run()
     print()
     pareto.run()
+    print()
+    library.run()
     print()
     rehearsal.run()
     print()
