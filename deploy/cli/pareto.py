@@ -22,7 +22,8 @@ def add_parser(commands: Subparsers) -> None:
         "--method",
         default="thin",
         help="thin: the ends, then where most is to be gained; a-sles, sles: the paper's lattices, from neighbour to "
-        "neighbour; scalar: sles' grid, each from scratch [default: %(default)s]",
+        "neighbour; scalar: sles' grid, each from scratch; nsga2: a genetic baseline, needs 'ergoflie[pymoo]' "
+        "[default: %(default)s]",
     )
     parser.add_argument("--step", type=float, default=0.1, help="of the lattice [default: %(default)s]")
     parser.add_argument("--refine", type=int, help="plans more where the front is thin [default: 9 with thin, else 0]")
@@ -53,8 +54,12 @@ def run(args: argparse.Namespace) -> int:
     refine = args.refine if args.refine is not None else 9 * (args.method == "thin")
     settings = FrontSettings(args.method, args.step, refine, args.radius)
     folder: Path = args.output or Path("out") / mission.name
+    folder.mkdir(parents=True, exist_ok=True)
     with interruptible() as stop:
-        front = _explored(mission, settings, folder, args.processes, stop.is_set)
+        if settings.method == "nsga2":
+            front = _bred(mission)
+        else:
+            front = _explored(mission, settings, folder, args.processes, stop.is_set)
     file, page = folder / f"{mission.name}.front.json", folder / f"{mission.name}.front.html"
     write_whole(file, front_text(front).encode())
     write_whole(page, build_front_page(front, str(file)).encode())
@@ -87,6 +92,18 @@ def _explored(
             bar.update(task, completed=state.done, total=state.total, last=last)
 
         return explore(mission, settings, folder / "plans", processes=processes, progress=show, should_stop=stop)
+
+
+def _bred(mission: Mission) -> Front:
+    """The baseline's front, with a progress bar."""
+    from rich.progress import Progress
+
+    from deploy.cli.console import err
+    from planner.pareto.genetic import GENERATIONS, genetic_front
+
+    with Progress(console=err, transient=not err.is_terminal) as bar:
+        task = bar.add_task(f"{mission.name}: NSGA-II", total=GENERATIONS)
+        return genetic_front(mission, progress=lambda done: bar.update(task, completed=done))
 
 
 def _print(front: Front, *, as_json: bool) -> None:

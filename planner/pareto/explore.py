@@ -48,9 +48,11 @@ def explore(
     Raises:
         UnreachableError: the mission is provably impossible.
         WeightSpaceError: more plans than make sense.
-        FrontError: a worker was killed, or no weighting has a plan.
+        FrontError: a worker was killed, no weighting has a plan, or the method is nsga2.
     """
     settings = settings or FrontSettings()
+    if settings.method == "nsga2":
+        raise FrontError("method nsga2 covers no weights; see planner.pareto.genetic.genetic_front")
     check_feasible(mission)
     maps = Maps.of(mission)
     episodes, notes = first_episodes(maps, settings)

@@ -21,8 +21,8 @@ from planner.pareto.hypervolume import hypervolume
 from planner.pareto.ideal import ideal_vectors
 from planner.plan import Plan
 
-Method = Literal["thin", "a-sles", "sles", "scalar"]
-METHODS: tuple[Method, ...] = ("thin", "a-sles", "sles", "scalar")
+Method = Literal["thin", "a-sles", "sles", "scalar", "nsga2"]
+METHODS: tuple[Method, ...] = ("thin", "a-sles", "sles", "scalar", "nsga2")
 COMPROMISE = "compromise"
 
 
@@ -37,7 +37,7 @@ class FrontSettings:
     Attributes:
         method: ``thin``: the ends and the preference, then wherever most is to be gained; ``a-sles`` and ``sles``: the
             paper's lattices, breadth first, each plan from its neighbour's; ``scalar``: sles' grid, every plan from
-            scratch.
+            scratch; ``nsga2``: the baseline of :mod:`planner.pareto.genetic`, which has a call of its own.
         step: of the lattice; a-sles: in units of the maps' distances.
         refine: plans more, after the lattice, where the front is thin.
         radius: how far any weight may be from the mission's, which are where the search begins; None: everywhere.

@@ -182,7 +182,7 @@ def test_pareto_writes_front_and_page(tmp_path, monkeypatch, capsys, front):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--method", "best"), "method: got 'best'; allowed: thin, a-sles, sles, scalar"),
+        (("--method", "best"), "method: got 'best'; allowed: thin, a-sles, sles, scalar, nsga2"),
         (("--method", "sles", "--step", "0.001"), "plans; allowed: at most 5000; take larger steps"),
         (("--processes", "-1"), "--processes: got -1; allowed: at least 0"),
     ],

@@ -226,7 +226,7 @@ def test_whoever_is_beaten_by_another_plan_searches_again_from_it():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"method": "sle"}, "method: got 'sle'; allowed: thin, a-sles, sles, scalar"),
+        ({"method": "sle"}, "method: got 'sle'; allowed: thin, a-sles, sles, scalar, nsga2"),
         ({"step": 0.0}, "step: got 0; allowed: above 0, at most 1"),
         ({"refine": -1}, "refine: got -1; allowed: at least 0"),
         ({"radius": 2.0}, "radius: got 2; allowed: above 0, at most 1"),
