@@ -93,7 +93,7 @@ class Task:
         """(n,) by how much the last state misses the end; zero where that does not matter."""
         if self.end is None:
             return np.zeros(states.shape[1])
-        return np.nan_to_num(states[-1] - np.array(self.end))
+        return np.asarray(np.nan_to_num(states[-1] - np.array(self.end)))
 
     def loss(self, u: Array) -> Loss:
         """The terms for controls (T, m)."""
