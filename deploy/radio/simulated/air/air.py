@@ -61,7 +61,8 @@ class Air:
     def hand_out(self, t: float) -> None:
         """Give the clients what has arrived by ``t`` [s]; last, for it wakes their threads."""
         for line in self._lines.values():
-            line.hand_out(t)
+            if line.falling:
+                line.hand_out(t)
 
     def owed(self) -> float:
         """Time that packets took while time stood still, since the last call [s]; nobody may hold it now.

@@ -59,6 +59,7 @@ class Line:
         fading: its losses.
         dropped: packets the firmware had no room for. quality: share of attempts that succeed [%], as cflib has it.
         debt: time that is owed; whoever lets it pass clears it.
+        falling: exchanged, not yet at the client.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class Line:
         self._waiting: deque[Up] = deque()  # for an exchange
         self._rising: deque[Up] = deque()  # exchanged, not yet at the drone
         self._answers: deque[Down] = deque()  # for an exchange
-        self._falling: deque[Down] = deque()  # exchanged, not yet at the client
+        self.falling: deque[Down] = deque()
 
     @property
     def reachable(self) -> bool:
@@ -212,7 +213,7 @@ class Line:
             self._rising.append(Up(self._arrival(self._rising, end, self._model.uplink), packet.header, packet.data))
         if self._answers and self._answers[0].t <= now:
             _, port, channel, data = self._answers.popleft()
-            self._falling.append(Down(self._arrival(self._falling, end, self._model.downlink), port, channel, data))
+            self.falling.append(Down(self._arrival(self.falling, end, self._model.downlink), port, channel, data))
         self._poll = end + max(self._period, _ATTENTIVE if self.fading.is_disturbed else _RELAXED)
         self.due = end + self._period if self._waiting or self._answers else self._next_wish(self._poll)
         return end
@@ -229,8 +230,8 @@ class Line:
 
     def hand_out(self, now: float) -> None:
         """Everything that has arrived by ``now`` [s] is at the client."""
-        while self._falling and self._falling[0].t <= now:
-            _, port, channel, data = self._falling.popleft()
+        while self.falling and self.falling[0].t <= now:
+            _, port, channel, data = self.falling.popleft()
             if self._deliver is not None:
                 self._deliver(port, channel, data)
 
@@ -255,7 +256,7 @@ class Line:
             return False
         self._at_once = True
         try:
-            for old in (*_drain(self._falling), *_drain(self._answers)):
+            for old in (*_drain(self.falling), *_drain(self._answers)):
                 if self._deliver is not None:
                     self._deliver(old.port, old.channel, old.data)
             for packet in (*_drain(self._rising), *_drain(self._waiting)):
@@ -278,7 +279,7 @@ class Line:
         return tries < attempts
 
     def _forget(self) -> None:
-        for queue in (self._waiting, self._rising, self._answers, self._falling):
+        for queue in (self._waiting, self._rising, self._answers, self.falling):
             queue.clear()
         self._failures, self.quality = 0, 100.0
 
