@@ -6,7 +6,7 @@ attachment          content
 ``plan.mcap``       the plan file: what was flown, and all that is needed to check it again
 ``mission.yaml``    the mission file's text, to be read without tools of ours
 ``certificate.json``  what was checked of which bytes
-``fleet.json``      who flew: robot, link URI, rigid body, airframe, decks
+``fleet.json``      who flew: robot, link URI, rigid body, airframe
 ``scenario.yaml``   what was to go wrong; in rehearsals with a scenario only
 ==================  ============================================================================
 """
@@ -17,12 +17,12 @@ import dataclasses
 import json
 from collections.abc import Mapping
 
+from deploy.flightlog.reader import PLAN
 from deploy.planfile import plan_bytes
 from deploy.planfile.layout import dump
 from planner.flightplan import FlightPlan
 
-PLAN, MISSION, CERTIFICATE = "plan.mcap", "mission.yaml", "certificate.json"
-FLEET, SCENARIO = "fleet.json", "scenario.yaml"
+MISSION, CERTIFICATE, FLEET, SCENARIO = "mission.yaml", "certificate.json", "fleet.json", "scenario.yaml"
 
 
 def attachments(flight_plan: FlightPlan, uris: Mapping[str, str], scenario: str = "") -> dict[str, bytes]:

@@ -7,9 +7,10 @@ whose page asks, and a name that was pointed at this computer is not one of ours
 from __future__ import annotations
 
 import http
+import socket
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -26,6 +27,7 @@ from planner.flightplan import FlightPlan
 
 HOST = "127.0.0.1"
 PORT = 8765  # Foxglove's own
+PATIENCE = 2.0  # s, after the flight, for those who are behind
 _OURS = ("127.0.0.1", "localhost")
 _VIEWERS = ("app.foxglove.dev", *_OURS)
 _FEED = "/feed"
@@ -62,14 +64,14 @@ def live(flight_plan: FlightPlan, port: int = PORT) -> Iterator[Live]:
     def answer(connection: ServerConnection, request: Request) -> Response | None:
         return _answer(connection, request, page)
 
+    audience = _Audience()
+
     def attend(connection: ServerConnection) -> None:
-        try:
+        with audience.seat(connection), suppress(ConnectionClosed):
             if connection.subprotocol in SUBPROTOCOLS:
                 _topics(connection, topics)
             else:
                 _frames(connection, frames)
-        except ConnectionClosed:
-            return
 
     try:
         server = serve(
@@ -92,6 +94,35 @@ def live(flight_plan: FlightPlan, port: int = PORT) -> Iterator[Live]:
         topics.end()
         server.shutdown()
         thread.join()
+        audience.leave(PATIENCE)
+
+
+class _Audience:
+    """Everybody who is connected. Who does not listen any more must not keep the program from ending."""
+
+    def __init__(self) -> None:
+        self._connections: set[ServerConnection] = set()
+        self._changed = threading.Condition()
+
+    @contextmanager
+    def seat(self, connection: ServerConnection) -> Iterator[None]:
+        """While inside, this connection is one of them."""
+        with self._changed:
+            self._connections.add(connection)
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._connections.discard(connection)
+                self._changed.notify_all()
+
+    def leave(self, patience: float) -> None:
+        """Let them hear the end, for some seconds; then hang up."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._connections, patience)
+            for connection in self._connections:
+                with suppress(OSError):
+                    connection.socket.shutdown(socket.SHUT_RDWR)
 
 
 def _frames(connection: ServerConnection, frames: Frames) -> None:

@@ -3,17 +3,19 @@
 import http.client
 import json
 import math
+import socket
 import struct
+import threading
 
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from deploy.cli.flying import watched
+from deploy.cli import flying
 from deploy.errors import DeployError
 from deploy.flight.records import FlightStatus, RobotStatus
 from deploy.flightlog.writer import FlightLog
-from deploy.live import live
+from deploy.live import live, server
 from deploy.live.frames import Frames, encode
 from deploy.live.outlet import Outlet
 from deploy.phases import Phase
@@ -31,8 +33,8 @@ def plan():
 
 @pytest.fixture
 def served(plan):
-    with live(plan, 0) as server:
-        yield server
+    with live(plan, 0) as watched:
+        yield watched
 
 
 def status(k, phase=Phase.ON_MISSION, message="go", note=""):
@@ -164,6 +166,28 @@ def test_nobody_who_watches_holds_up_the_flight(plan):
     frames.end()
 
 
+def test_who_stopped_listening_does_not_keep_the_program_from_ending(plan, monkeypatch):
+    monkeypatch.setattr(server, "PATIENCE", 0.1)
+    before = set(threading.enumerate())
+    with live(plan, 0) as watched, socket.socket() as deaf:
+        host, port = watched.url.split("/")[2].split(":")
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.connect((host, int(port)))
+        deaf.sendall(
+            f"GET /feed HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+        )
+        assert deaf.recv(12) == b"HTTP/1.1 101"
+        for k in range(8):
+            watched.frames.show(status(k, message="x" * 4_000_000))  # more than any socket holds
+        watched.frames.end()
+        with connect(address(watched), max_size=None) as friend:
+            assert len(json.loads(friend.recv(timeout=PATIENCE))["begin"]) == 8
+    for thread in set(threading.enumerate()) - before:
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+
+
 def test_a_port_that_is_taken_is_an_error_before_the_flight(served, plan):
     port = int(served.url.split(":")[2].strip("/"))
     with pytest.raises(DeployError, match=f"port {port} of this computer cannot be served"), live(plan, port):
@@ -171,7 +195,7 @@ def test_a_port_that_is_taken_is_an_error_before_the_flight(served, plan):
 
 
 def test_the_command_line_shows_it_all_at_once(plan, tmp_path, capsys):
-    with watched(plan, live=0) as watch:
+    with flying.watched(plan, live=0) as watch:
         url = capsys.readouterr().err.split("live: ")[1].split()[0]
         with connect(url.replace("http", "ws") + "feed") as socket:
             assert hear(socket) == {"begin": []}
@@ -179,7 +203,7 @@ def test_the_command_line_shows_it_all_at_once(plan, tmp_path, capsys):
             assert hear(socket)["t"] == 1.2
         assert watch.tap is not None
     assert "on mission: go" in capsys.readouterr().err
-    with watched(plan) as watch:
+    with flying.watched(plan) as watch:
         assert watch.tap is None
 
 
