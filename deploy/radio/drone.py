@@ -149,11 +149,12 @@ class Drone:
         """The drone's first memory of a type.
 
         Raises:
-            CommandRefused: it has none.
+            CommandRefused: it has none. LinkError: there is no link any more.
         """
         for element in self._crazyflie.mem.mems:
             if element.type == kind:
                 return MemoryInfo(element.id, element.type, element.size)
+        self._require_link()
         raise CommandRefused(f"{self.name}: it has no memory of type 0x{kind:02X}")
 
     def converse(self, conversation: Conversation[T]) -> T:
@@ -261,8 +262,14 @@ class Drone:
 
     # ------------------------------------------------------------------------------------------------ inside
 
+    def _require_link(self) -> None:
+        """For what cflib does not know of: it forgets a drone's tables with its link."""
+        if not self._link.up:
+            raise LinkError(f"{self.name}: {self._link.lost or 'the link is gone'}")
+
     def _parameter(self, name: str) -> parameters.Parameter:
         element = self._crazyflie.param.toc.get_element_by_complete_name(name) if name.count(".") == 1 else None
         if element is None:
+            self._require_link()
             raise CommandRefused(f"{self.name}: it has no parameter '{name}'")
         return parameters.Parameter(name, element.ident, element.pytype, element.access == element.RO_ACCESS)

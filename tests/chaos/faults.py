@@ -91,10 +91,17 @@ class Case(NamedTuple):
 
 def cell(name, phase):
     """One cell of the matrix."""
-    fault, (when, packets) = FAULTS[name], PHASES[phase]
-    counted = {"packets": packets} if packets and fault.event.get("to") in NAMES else {}
-    text = _scenario(f"{name} while {phase}", 1, [{**fault.event, **counted, **when}])
-    return Case(f"{name} / {phase}", text, (fault,), fault.on_host_loss)
+    return together(f"{name} / {phase}", [(name, phase)])
+
+
+def together(title, cells):
+    """Several cells of the matrix in one flight."""
+    faults, events = [FAULTS[name] for name, _ in cells], []
+    for fault, (_, phase) in zip(faults, cells, strict=True):
+        when, packets = PHASES[phase]
+        counted = {"packets": packets} if packets and fault.event.get("to") in NAMES else {}
+        events.append({**fault.event, **counted, **when})
+    return Case(title, _scenario(title, 1, events), tuple(faults), faults[0].on_host_loss)
 
 
 def matrix():

@@ -21,8 +21,8 @@ def random_kills(count=20, seed=0):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("on_host_loss", KINDS)
-def test_in_the_search(on_host_loss, tmp_path):
-    fate = kill(on_host_loss, 6.5, tmp_path)
+def test_in_flight(on_host_loss, tmp_path):
+    fate = kill(on_host_loss, 5.0, tmp_path)
     assert fate.problems == (), fate
 
 
