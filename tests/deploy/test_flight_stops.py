@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from deploy.flight.landing import landing_waves, may_fall, with_those_below
 from deploy.flight.reference import Way
 from deploy.flight.stops import Moving, Space, braking, stop
+from deploy.radio.simulated.high_level.evaluation import Evaluation
 from deploy.radio.simulated.high_level.trajectory import PlannedPiece
 
 SEPARATION = 0.3
@@ -69,7 +70,7 @@ def test_braking_is_what_the_firmware_flies():
     piece = PlannedPiece(np.float32(0.0), np.float32(0.8), begin, end)
     t = np.linspace(0.0, 0.8, 9)
     ours = braking(*(tuple(row[:3].tolist()) for row in begin), tuple(end[0, :3].tolist()), 0.8, t)
-    theirs = [goal.position for goal in piece.evaluate_all(t.astype(np.float32))]
+    theirs = [Evaluation.of(piece.evaluate_all(np.array([at], np.float32))).position for at in t]
     assert ours == pytest.approx(np.array(theirs), abs=1e-5)
 
 
