@@ -50,6 +50,7 @@ class Dashboard:
         if status is None:
             return Text(f"connecting …   {self._hint}", style="dim")
         parts: list[RenderableType] = [_head(status), _robots(status)]
+        parts += [Text(f"{robot.name}: {robot.note}", style="bold red") for robot in status.robots if robot.note]
         parts += [Text(f"{t:7.1f} s  {text}", style="dim", no_wrap=True, overflow="ellipsis") for t, text in self._said]
         return Group(*parts, Text(self._hint, style="bold"))
 
@@ -114,10 +115,8 @@ def _head(status: FlightStatus) -> RenderableType:
     row = Table.grid(padding=(0, 2))
     title = Text(_words(status.phase), style=_PHASE_STYLES.get(status.phase, "bold"))
     clock = f"{done:.1f} of {status.duration:.0f} s" if searching else f"t {status.t:.1f} s"
-    cells: list[RenderableType] = [title, ProgressBar(total=status.duration, completed=done, width=30), Text(clock)]
-    if math.isfinite(status.ergodicity):
-        cells.append(Text(f"E {number(status.ergodicity)}, certified {number(status.certified)}"))
-    row.add_row(*cells)
+    E = f"E {number(status.ergodicity)} of {number(status.certified)}" if math.isfinite(status.ergodicity) else ""
+    row.add_row(title, ProgressBar(total=status.duration, completed=done, width=20), Text(clock), Text(E))
     return row
 
 
@@ -127,9 +126,8 @@ def _robots(status: FlightStatus) -> Table:
     table.add_column("state", no_wrap=True)
     for heading in ("position [m]", "battery [V]", "link [ms]", "error [cm]"):
         table.add_column(Text(heading), justify="right", no_wrap=True)
-    table.add_column("note")
     for robot in status.robots:
-        table.add_row(robot.name, _state(robot), *_figures(robot), Text(robot.note, style="red"))
+        table.add_row(robot.name, _state(robot), *_figures(robot))
     return table
 
 
