@@ -109,6 +109,7 @@ def _bred(mission: Mission) -> Front:
 def _print(front: Front, *, as_json: bool) -> None:
     """The front's figures, for machines or for people."""
     from deploy.cli.console import err, number, out, print_json, table
+    from planner.pareto.episodes import widest_gap
 
     if as_json:
         points = [
@@ -132,5 +133,11 @@ def _print(front: Front, *, as_json: bool) -> None:
     titles = ("plan", "name", *(f"w {name}" for name in front.names), *(f"E {name}" for name in front.names), "")
     table(f"{front.mission.name}: front", titles, rows, right=range(2, 2 + 2 * len(front.names)))
     out.print(f"hyper-volume to (1, …, 1): {front.hypervolume:.4f}; {len(front.best)} of {len(front.points)} unbeaten")
+    gap = widest_gap(front)
+    if gap is not None:
+        weights = ", ".join(f"{weight:.2f}" for weight in gap.weights)
+        out.print(
+            f"thinnest at weights {weights}: about {gap.gain:.1%} of what is between the ends; --refine goes on there"
+        )
     for note in front.notes:
         err.print(f"ergoflie: {note}", markup=False)

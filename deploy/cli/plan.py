@@ -26,12 +26,14 @@ def add_parser(commands: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the plan file, print what it promises."""
-    from deploy.cli.console import out, print_json
+    from deploy.cli.console import fail, out, print_json
     from deploy.cli.planning import plan_mission, plan_pick, print_plan, summary
     from deploy.planfile import write_plan
 
     mission_path: Path = args.mission
     flight_plan: FlightPlan | None
+    if args.pick is not None and args.seed is not None:
+        return fail("--seed: a plan that is picked is not searched for again; leave one of --pick and --seed out")
     if args.pick is not None:
         stem = mission_path.name.removesuffix(".json").removesuffix(".front")
         target: Path = args.output or Path(f"{stem}.{_in_name(args.pick)}.plan.mcap")

@@ -14,6 +14,7 @@ from deploy.report.packing import packed, script_json
 from missions.information import InformationMap, SeveralMaps
 from missions.schema import Mission
 from missions.shapes import outline
+from planner.pareto.episodes import widest_gap
 from planner.pareto.front import Front, FrontPoint
 
 MOST_SAMPLES = 40_000  # positions of all plans of a page; with more, plans are drawn more coarsely
@@ -34,6 +35,7 @@ def build_front_page(front: Front, file: str) -> str:
         name=escape(mission.name),
         description=escape(mission.description),
         facts=escape(_facts(front, robots)),
+        gap=escape(_gap(front)),
         notes="".join(f"<li>{escape(note)}</li>" for note in front.notes),
         bound=" Dashed: what no plan can be below." if len(front.names) == 2 else "",
         style=_read("deploy.report", "report.css") + _read("deploy.front", "front.css"),
@@ -47,6 +49,18 @@ def _facts(front: Front, robots: int) -> str:
         f"{robots} robot{'s' if robots > 1 else ''} · {len(front.names)} map{'s' if len(front.names) > 1 else ''} · "
         f"{len(front.points)} plans, {len(front.best)} of which no other beats on every map · "
         f"hyper-volume {front.hypervolume:.4f}"
+    )
+
+
+def _gap(front: Front) -> str:
+    """Where another plan would tell most, in a sentence."""
+    gap = widest_gap(front)
+    if gap is None:
+        return ""
+    weights = ", ".join(f"{weight:.2f} {name}" for weight, name in zip(gap.weights, front.names, strict=True))
+    share = f"{gap.gain:.1%}"
+    return (
+        f"Thinnest at weights {weights}: a plan there would add about {share} of what is between the ends (--refine)."
     )
 
 

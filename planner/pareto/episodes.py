@@ -8,8 +8,8 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from planner.pareto.exchange import best_for
-from planner.pareto.front import FrontSettings, Maps
-from planner.pareto.ideal import gaps, ideal_vectors, nadir
+from planner.pareto.front import Front, FrontSettings, Maps
+from planner.pareto.ideal import Gap, gaps, ideal_vectors, nadir
 from planner.pareto.simplex import (
     DegenerateSimplexError,
     Episode,
@@ -67,16 +67,31 @@ def thin_episodes(
         tried: (k, m) weights that are not tried again, whatever became of them.
         count: at most.
     """
+    found = _thinnest(maps, settings.radius, weights, vectors, tried, count)
+    return _from_best(np.array([gap.weights for gap in found]).reshape(-1, len(maps.names)), vectors)
+
+
+def widest_gap(front: Front) -> Gap | None:
+    """Where the front is thinnest: weights, and the share of the box up to the worst ends that is to be gained there.
+
+    None if there is hardly anything, or one map only.
+    """
+    maps = Maps.of(front.mission)
+    if len(maps.names) == 1:
+        return None
+    found = _thinnest(maps, front.settings.radius, front.weights, front.vectors, front.weights, 1)
+    return Gap(found[0].weights, found[0].gain / float(nadir(maps.distances).prod())) if found else None
+
+
+def _thinnest(maps: Maps, radius: float | None, weights: Array, vectors: Array, tried: Array, count: int) -> list[Gap]:
     grid_of = grid(len(maps.names), 1.0 / CANDIDATES[len(maps.names)])
     everywhere = np.array([episode.weights for episode in breadth_first(grid_of, maps.prefer)])
-    if settings.radius is not None:
-        everywhere = everywhere[np.abs(everywhere - maps.prefer).max(axis=1) <= settings.radius + _SAME]
+    if radius is not None:
+        everywhere = everywhere[np.abs(everywhere - maps.prefer).max(axis=1) <= radius + _SAME]
     fresh = np.abs(everywhere[:, None] - tried[None]).max(axis=2).min(axis=1) > _SAME
     reference = nadir(maps.distances)  # (1, …, 1) may be far below the ends of a front of maps that differ much
     promising = gaps(everywhere[fresh], weights, vectors, maps.distances, count, reference)
-    found = [gap for gap in promising if gap.gain > WORTH * float(reference.prod())]
-    chosen = np.array([gap.weights for gap in found]).reshape(-1, len(maps.names))
-    return _from_best(chosen, vectors)
+    return [gap for gap in promising if gap.gain > WORTH * float(reference.prod())]
 
 
 def beaten_episodes(maps: Maps, weights: Array, vectors: Array) -> dict[int, Episode]:

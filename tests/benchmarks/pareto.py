@@ -60,7 +60,7 @@ def thin(count: int) -> Callable[[DriveProblem], Array]:
         everywhere = sles(1.0 / CANDIDATES[len(corners)])(problem)
         ideal = ideal_vectors(corners, problem.distances)
         found = gaps(everywhere, corners, ideal, problem.distances, count - len(corners))
-        return np.vstack((corners, *(gap.weights for gap in found)))
+        return np.array([*corners, *(gap.weights for gap in found)])
 
     return weights
 

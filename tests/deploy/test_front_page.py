@@ -202,6 +202,8 @@ def test_a_pick_that_is_not_there_and_a_front_that_is_none(tmp_path, capsys, fro
     path.write_text(front_text(dataclasses.replace(front, notes=())))
     assert run("plan", path, "--pick", "nobody") == 2
     assert "no point 'nobody' on this front; allowed: people, gas, noise" in capsys.readouterr().err
+    assert run("plan", path, "--pick", "0", "--seed", "3") == 2
+    assert "--seed: a plan that is picked is not searched for again" in capsys.readouterr().err
     path.write_text("{}")
     assert run("plan", path, "--pick", "0") == 2
     assert "not a front file; 'ergoflie pareto' makes them" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 """Fronts of missions: covered, resumed, read again, picked and certified."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -9,7 +10,7 @@ from missions.information import Gaussian, GaussianMixtureMap, NamedMap, Several
 from missions.loader import parse_mission
 from missions.schema import Horizon, ProbabilisticConnectivity, SolverSettings
 from planner.errors import UnreachableError
-from planner.pareto.episodes import beaten_episodes, first_episodes
+from planner.pareto.episodes import beaten_episodes, first_episodes, widest_gap
 from planner.pareto.explore import explore
 from planner.pareto.file import front_text, parse_front, read_front
 from planner.pareto.front import FrontError, FrontSettings, Maps
@@ -77,11 +78,20 @@ def test_a_front_trades_one_map_for_the_other_within_every_limit(front, mission)
     assert set(front.named) == {"people", "gas", "compromise"}
 
 
+def test_the_widest_gap_is_named_and_closing_gaps_narrows_it(front):
+    coarse = dataclasses.replace(front, points=front.points[:3])
+    before, after = widest_gap(coarse), widest_gap(front)
+    assert before.gain > after.gain > 0.0
+    assert 0.02 < before.weights.min() < 0.48  # between the middle and an end
+    assert before.weights == pytest.approx(front.weights[3])  # where the next plan was placed
+
+
 def test_one_map_is_plain_planning():
     one = small(robots=robots((-0.6, -0.6)), solver=SolverSettings(starts=2), horizon=Horizon(8.0, 0.2))
     front = explore(one, FrontSettings("sles"), processes=0)
     plain = solve(build_problem(one), one.solver).plan
     assert len(front.points) == 1
+    assert widest_gap(front) is None
     assert np.array_equal(front.points[0].plan.u, plain.u)
     assert front.vectors[0] == pytest.approx([plain.ergodicity])
 
