@@ -51,8 +51,7 @@ def run(args: argparse.Namespace) -> int:
         mission = dataclasses.replace(mission, solver=dataclasses.replace(mission.solver, seed=args.seed))
     if args.processes is not None and args.processes < 0:
         raise FrontError(f"--processes: got {args.processes}; allowed: at least 0")
-    refine = args.refine if args.refine is not None else 9 * (args.method == "thin")
-    settings = FrontSettings(args.method, args.step, refine, args.radius)
+    settings = FrontSettings(args.method, args.step, args.refine, args.radius)
     folder: Path = args.output or Path("out") / mission.name
     folder.mkdir(parents=True, exist_ok=True)
     with interruptible() as stop:

@@ -58,7 +58,7 @@ def explore(
     episodes, notes = first_episodes(maps, settings)
     with _executor(processes) as (executor, workers):
         work = Work(mission, maps, PlanStore(folder, mission), executor, workers, progress, should_stop)
-        work.expected = len(episodes) + (settings.refine if len(maps.names) > 1 else 0)
+        work.expected = len(episodes) + (settings.extra if len(maps.names) > 1 else 0)
         work.run(episodes)
         work.mend()
         _refine(work, settings)
@@ -70,7 +70,7 @@ def explore(
 
 def _refine(work: Work, settings: FrontSettings) -> None:
     """Plans more where the front is thin, a few at a time, each round knowing of those before it."""
-    left = settings.refine if len(work.maps.names) > 1 else 0
+    left = settings.extra if len(work.maps.names) > 1 else 0
     while left > 0 and not work.stopped:
         kept, weights, vectors = work.found()
         if not kept:

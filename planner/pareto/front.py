@@ -24,6 +24,7 @@ from planner.plan import Plan
 Method = Literal["thin", "a-sles", "sles", "scalar", "nsga2"]
 METHODS: tuple[Method, ...] = ("thin", "a-sles", "sles", "scalar", "nsga2")
 COMPROMISE = "compromise"
+REFINE = 9  # plans more that thin adds by default
 
 
 class FrontError(PlannerError):
@@ -39,13 +40,13 @@ class FrontSettings:
             paper's lattices, breadth first, each plan from its neighbour's; ``scalar``: sles' grid, every plan from
             scratch; ``nsga2``: the baseline of :mod:`planner.pareto.genetic`, which has a call of its own.
         step: of the lattice; a-sles: in units of the maps' distances.
-        refine: plans more, after the lattice, where the front is thin.
+        refine: plans more, after the lattice, where the front is thin; None becomes 9 with thin, else 0.
         radius: how far any weight may be from the mission's, which are where the search begins; None: everywhere.
     """
 
     method: Method = "thin"
     step: float = 0.1
-    refine: int = 9
+    refine: int | None = None
     radius: float | None = None
 
     def __post_init__(self) -> None:
@@ -53,10 +54,17 @@ class FrontSettings:
             raise FrontError(f"method: got {self.method!r}; allowed: {', '.join(METHODS)}")
         if not 0.0 < self.step <= 1.0:
             raise FrontError(f"step: got {self.step:g}; allowed: above 0, at most 1")
-        if self.refine < 0:
+        if self.refine is None:
+            object.__setattr__(self, "refine", REFINE if self.method == "thin" else 0)
+        if self.extra < 0:
             raise FrontError(f"refine: got {self.refine}; allowed: at least 0")
         if self.radius is not None and not 0.0 < self.radius <= 1.0:
             raise FrontError(f"radius: got {self.radius:g}; allowed: above 0, at most 1")
+
+    @property
+    def extra(self) -> int:
+        """Plans more, after the lattice."""
+        return self.refine or 0
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def genetic_front(
         E = float(weights @ (vector - ideal_vectors(weights[None], maps.distances)[0]))
         plan = replace(flights.plan(z), ergodicity=E, seed=mission.solver.seed)
         points.append(FrontPoint(weights, frozen(vector), plan, None, status))
-    return Front(mission, FrontSettings("nsga2", refine=0), maps.names, maps.distances, tuple(points))
+    return Front(mission, FrontSettings("nsga2"), maps.names, maps.distances, tuple(points))
 
 
 @dataclass(frozen=True)

@@ -247,6 +247,12 @@ def test_settings_are_checked(changes, message):
         FrontSettings(**changes)
 
 
+def test_plans_more_are_for_the_method_that_lives_by_them():
+    assert FrontSettings().extra == FrontSettings("thin").refine == 9
+    assert FrontSettings("sles").extra == 0
+    assert FrontSettings("sles", refine=3).extra == 3
+
+
 def test_what_cannot_be_planned_is_said_before_anything_runs():
     far = small(
         ProbabilisticConnectivity(range=0.1, sub_periods=4, threshold=0.5),
