@@ -101,7 +101,7 @@ def compare(flights: Sequence[FlightAnalysis]) -> Comparison:
     if len(flights) < 2:
         raise ValueError(f"a comparison needs two flights; got {len(flights)}")
     figures = tuple(
-        Figure(name, unit, tuple(measure(flight) for flight in flights), better, least)
+        Figure(name, unit, tuple(float(measure(flight)) for flight in flights), better, least)
         for name, unit, better, least, measure in _FIGURES
     )
     known = tuple(item for item in figures if any(math.isfinite(value) for value in item.values))

@@ -135,4 +135,4 @@ def _peak(correlation: Array) -> float:
     before, top, after = correlation[best - 1 : best + 2]
     curvature = before - 2.0 * top + after
     offset = 0.5 * (before - after) / curvature if curvature < 0.0 else 0.0
-    return _STEP * (best - _AHEAD + offset)
+    return float(_STEP * (best - _AHEAD + offset))

@@ -16,7 +16,7 @@ function drawTimeAxis(context, axis, height, bottom) {
 // The search is a white page, the rest of the flight is shaded; what went wrong is ticked off at the top.
 function drawWindow(context, axis, top, height) {
   context.fillStyle = colours.line; context.globalAlpha = 0.35;
-  const a = axis.x(Math.max(0, play.t0)), b = axis.x(Math.min(play.duration, tEnd));
+  const a = axis.x(Math.max(0, play.t0)), b = axis.x(Math.min(play.searched ?? play.duration, tEnd));
   context.fillRect(axis.x(play.t0), top, a - axis.x(play.t0), height);
   context.fillRect(b, top, axis.x(tEnd) - b, height);
   context.globalAlpha = 1;

@@ -12,7 +12,7 @@ const maps = (() => {
 
   // Sums of the basis functions over all positions of the search, kept every EVERY samples: the cursor jumps freely.
   const first = Math.max(0, Math.ceil((0 - play.t0) / play.dt - 1e-6));
-  const last = Math.min(play.n, Math.ceil((about.until - play.t0) / play.dt - 1e-6));
+  const last = Math.min(play.n, Math.ceil((play.searched - play.t0) / play.dt - 1e-6));
   const flown = scene.flown, N = play.robots.length, kept = [];
   function add(sums, k) {
     let cx = 0, cy = 0, x0, x1, x2, y0, y1, y2, weight;
@@ -90,7 +90,7 @@ const maps = (() => {
     paint("map-difference", made && made.map((v, k) => v - wanted[k]), signed);
     const E = c ? c.reduce((sum, v, k) => sum + about.weights[k] * (v - phi[k]) ** 2, 0) : NaN;
     const said = document.getElementById("map-ergodicity");
-    said.textContent = about.planar && c ? `E ≈ ${E.toExponential(2)} after ${Math.min(cursor.t, about.until).toFixed(1)} s` : "";
+    said.textContent = about.planar && c ? `E ≈ ${E.toExponential(2)} after ${Math.min(cursor.t, play.searched).toFixed(1)} s` : "";
     said.dataset.ergodicity = E;
   }
   return { draw };

@@ -24,7 +24,6 @@ def maps_data(analysis: FlightAnalysis) -> dict[str, object]:
         "lower": list(box.lower[:2]),
         "upper": list(box.upper[:2]),
         "planar": mission.dimension == 2,
-        "until": analysis.window.end - analysis.window.start if analysis.window is not None else 0.0,
     }
 
 

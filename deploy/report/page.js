@@ -24,9 +24,10 @@ function element(name, text, className) {
 
 let tEnd = play.t0 + play.dt * (play.n - 1); // grows while a flight is watched live
 
-// The one time cursor [s]. Whoever shows time subscribes. It begins where the search ends: all of it is to be seen.
+// The one time cursor [s]. Whoever shows time subscribes. It begins where something went wrong, or where the
+// search ends: all of it is to be seen.
 const cursor = {
-  t: Math.min(Math.max(play.duration, play.t0), tEnd),
+  t: Math.min(Math.max(play.look ?? play.duration, play.t0), tEnd),
   listeners: [],
   set(t) {
     this.t = Math.min(tEnd, Math.max(play.t0, t));

@@ -41,6 +41,8 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "planned": packed(_planned(analysis, t)),
         "phases": phases(analysis),
         "marks": marks(analysis),
+        "searched": _searched(analysis),
+        "look": _look(analysis),
     }
 
 
@@ -65,6 +67,18 @@ def _obstacle(obstacle: Obstacle) -> dict[str, object]:
     low, high = heights(obstacle)
     ring = [[round(float(x), 4), round(float(y), 4)] for x, y in outline(obstacle)]
     return {"ring": ring, "low": low, "high": high if math.isfinite(high) else None}
+
+
+def _searched(analysis: FlightAnalysis) -> float:
+    """For how long the search was flown [s]."""
+    return analysis.window.end - analysis.window.start if analysis.window is not None else 0.0
+
+
+def _look(analysis: FlightAnalysis) -> float:
+    """The moment [s] at which the page opens: of the first diagnosis that has one, else the end of the search."""
+    known = (item.t for item in analysis.verdict.diagnoses if item.t is not None)
+    first = next(known, None)
+    return _searched(analysis) if first is None else first - zero_time(analysis)
 
 
 def phases(analysis: FlightAnalysis) -> list[dict[str, object]]:
