@@ -145,7 +145,7 @@ def instead(monkeypatch, robot, number, command):
         if drone.name == robot and request.what == "start trajectory":
             seen.append(request)
             if len(seen) == number + 1:
-                return Reply(request, drone._clock.now()) if command is None else honest(drone, command)
+                return Reply(request, drone._link._clock.now()) if command is None else honest(drone, command)
         return honest(drone, request)
 
     monkeypatch.setattr(Drone, "send", send)
