@@ -1,7 +1,7 @@
 """Discs in closed form: a disc's coefficient is its centre's times a Bessel factor of its radius.
 
 ∫ F_k over a uniform disc of radius r around q = F_k(q) · 2 J₁(κ_k r)/(κ_k r), κ_k = π √(Σ_d (k_d/L_d)²): exact, as long
-as the disc is inside the workspace; those that reach over its edge are clipped (:mod:`~planner.footprint.polar`). A
+as the disc is inside the workspace; those that reach over its edge are clipped (:mod:`~planner.footprint.clipped`). A
 weight that falls with distance changes the factor only. As functions of the radius, all factors of a basis are sums of
 a few Chebyshev polynomials of r², so statistics are products of small matrices.
 """
@@ -16,7 +16,8 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Look
+from planner.footprint.base import Footprint, Look
+from planner.footprint.clipped import ClippedDisc
 from planner.footprint.outline import Disc
 from planner.footprint.polar import PolarFootprint
 
@@ -43,7 +44,7 @@ class DiscFootprint:
         inside = radius <= room
         parts = [(inside, self._whole(basis, flat[inside]))] if inside.any() else []
         if not inside.all():
-            parts.append((~inside, PolarFootprint(self.disc, self.rim).look(basis, flat[~inside])))
+            parts.append((~inside, self._clipped().look(basis, flat[~inside])))
         share = [float(mask.mean()) for mask, _ in parts]
         c_k = sum((part * look.c_k for part, (_, look) in zip(share, parts, strict=True)), np.zeros((basis.n,) * 2))
 
@@ -54,6 +55,9 @@ class DiscFootprint:
             return gradient.reshape(x.shape)
 
         return Look(c_k, pull)
+
+    def _clipped(self) -> Footprint:
+        return ClippedDisc(self.disc) if self.rim == 1.0 else PolarFootprint(self.disc, self.rim)
 
     def _whole(self, basis: CosineBasis, x: Array) -> Look:
         """Discs inside the workspace, at x (M, 1, 3)."""

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
+from planner.footprint.clipped import ClippedDisc
 from planner.footprint.disc import DiscFootprint, disc_factor
 from planner.footprint.lattice import LatticeFootprint
 from planner.footprint.metric import FootprintMetric
@@ -28,6 +29,8 @@ FOOTPRINTS = {
     "disc with weights": DiscFootprint(Disc(slope=0.3), rim=0.2),
     "disc of one size": DiscFootprint(Disc(radius=0.1)),
     "disc over the edge": DiscFootprint(Disc(slope=1.0)),
+    "clipped disc": ClippedDisc(Disc(slope=1.0)),
+    "disc over all edges": ClippedDisc(Disc(slope=4.0)),
     "polar": PolarFootprint(Disc(slope=0.3)),
     "polar with weights, over the edge": PolarFootprint(Disc(slope=1.0), rim=0.3),
     "window": WindowFootprint((0.4, 0.2)),
@@ -84,7 +87,8 @@ def test_discs_as_counted(x):
         return np.hypot(a - x[0], b - x[1]) <= 0.4 * x[2]
 
     counted = brute_force(inside, np.array(x))
-    for footprint in (DiscFootprint(Disc(slope=0.4)), PolarFootprint(Disc(slope=0.4), directions=256, rings=10)):
+    disc = Disc(slope=0.4)
+    for footprint in (DiscFootprint(disc), ClippedDisc(disc), PolarFootprint(disc, directions=256, rings=10)):
         np.testing.assert_allclose(footprint.look(BASIS, np.array(x)[None, None]).c_k, counted, atol=2e-3)
 
 
