@@ -9,8 +9,8 @@ import pytest
 from deploy.analysis.align import mission_window, sample
 from deploy.analysis.analyse import analyse
 from deploy.analysis.coverage import _over_time
-from deploy.analysis.tracking import track
 from deploy.analysis.findings import Level
+from deploy.analysis.tracking import track
 from deploy.errors import LogFileError
 from deploy.flightlog.reader import Event, Series, read_log
 from planner.indicators import ergodic_metric

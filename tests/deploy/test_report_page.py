@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 from deploy.analysis.analyse import analyse
-from deploy.flightlog.reader import read_log
+from deploy.analysis.compare import compare
+from deploy.flightlog.reader import Series, read_log
+from deploy.report import build_comparison
 from deploy.report.build import build_report
 from deploy.report.packing import script_json, thin
 from tests.deploy import synthetic_flight as synthetic
@@ -134,6 +136,30 @@ def test_a_report_of_half_a_flight_is_still_a_report(flight, tmp_path, change):
         gone = {name: item for name, item in record.series.items() if "pose" not in name and "estimate" not in name}
         record = dataclasses.replace(record, series=gone)
     Tags().feed(build_report(analyse(record)))
+
+
+def left_of(record, rng):
+    """Some of a record: topics missing for some robots, a window of time, values unknown from some moment on."""
+    begin, end = sorted(rng.uniform(0.0, 18.0, 2)) if rng.random() < 0.8 else (0.0, 99.0)
+    series = {}
+    for topic, item in record.series.items():
+        if rng.random() < 0.15:
+            continue
+        kept = (item.t >= begin) & (item.t <= end * rng.choice([1.0, 0.7]))
+        columns = {name: values[kept].copy() for name, values in item.columns.items()}
+        if columns and kept.any() and rng.random() < 0.2:
+            columns[rng.choice(list(columns))][rng.integers(kept.sum()) :] = np.nan
+        texts = {name: tuple(values[k] for k in np.flatnonzero(kept)) for name, values in item.texts.items()}
+        series[topic] = Series(item.t[kept], columns, texts)
+    events = tuple(event for event in record.events if begin <= event.t <= end and rng.random() < 0.9)
+    return dataclasses.replace(record, series=series, events=events, complete=False)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_report_of_whatever_is_left_of_a_flight_is_a_report(flight, seed):
+    rest = analyse(left_of(flight.record, np.random.default_rng(seed)))
+    Tags().feed(build_report(rest))
+    Tags().feed(build_comparison(compare([flight, rest])))
 
 
 def laid_out(witness, width):
