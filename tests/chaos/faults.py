@@ -8,7 +8,8 @@ from typing import NamedTuple
 from tests.chaos.arena import NAMES
 
 FALLS = "falls"  # the fault itself may take these drones out of the air
-CUT = "cut off"  # these drones may be beyond hearing
+CUT = "cut off"  # these drones are beyond hearing for good
+AWAY = "away"  # these drones are beyond hearing for a while
 TOLD = "told"  # everybody flies and hears: what happens is the flight code's doing
 
 
@@ -39,9 +40,9 @@ SEEN = "pose|motion capture|estimat"
 PLACE = "should be|geofence|altitude|start of the trajectory|tilts|supervisor|ready|pad|apart|estimat|level"
 FAULTS = {
     "bad radio": _fault("loss", TOLD, NAMES, LINK, rate=0.4, burst=0.05, duration=2.0),
-    "silence": _fault("silence", CUT, ONE, LINK, to="cf2", duration=2.5),
+    "silence": _fault("silence", AWAY, ONE, LINK, to="cf2", duration=2.5),
     "blink": _fault("silence", TOLD, ONE, LINK, to="cf2", duration=0.12),
-    "reconnect": _fault("reconnect", CUT, ONE, LINK, to="cf2", duration=1.0),
+    "reconnect": _fault("reconnect", AWAY, ONE, LINK, to="cf2", duration=1.0),
     "dead dongle": _fault("reconnect", CUT, ("cf1", "cf2"), LINK, to="dongle 0"),
     "slow link": _fault("slow_link", TOLD, NAMES, LINK, latency=0.06),
     "reboot": _fault("reboot", FALLS, ONE, f"{LINK}|{PLACE}", to="cf2"),

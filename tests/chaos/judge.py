@@ -4,9 +4,10 @@
    from the moment at which a fault takes it out of the air itself: its motor, its battery or its firmware fails, it
    is turned over, or its motors are stopped (the operator's second word, the policy ``stop_motors``, the watchdog).
 2. Nobody leaves the geofence (workspace, pads, starts; plus its margin); the struck not by more than ``FALLING``. Who
-   is *cut off* (its link is gone for good, or the host has died) gets no poses any more and drifts: rules 1 and 2 are
-   for its first ``BLIND`` seconds.
-3. In the end no motor turns and everybody is on the ground, or falls there; but who was cut off in the air may hover.
+   is *away* (its link is gone) or *cut off* (for good, or the host has died) gets no poses any more and drifts: rules 1
+   and 2 are for its first ``BLIND`` seconds.
+3. In the end no motor turns and everybody is on the ground, or falls there, also who was away; but who is cut off in
+   the air, or was away in a flight in which something else went wrong, may hover.
 4. What fails before take-off keeps everybody on the ground.
 5. The log can be read and is complete (after a kill: up to the kill), holds the fault, and ends in a final phase.
 6. A flight that did not go as planned fails the verdict, and what is said of it names the fault.
@@ -24,7 +25,7 @@ from deploy.phases import TABLE
 from deploy.scenario.killed import HostDied
 from missions import fleet
 from tests.chaos.arena import NAMES, arena
-from tests.chaos.faults import CUT, FALLS
+from tests.chaos.faults import AWAY, CUT, FALLS
 
 HARD = 0.18  # m between centres: 60 % of the mission's separation; propellers touch at 0.14 m
 FALLING = 1.0  # m
@@ -57,8 +58,9 @@ def judge(flown):
     onset = [(fault, _began(fault, flown.log)) for fault in flown.case.faults]
     stopped = [((event.robot,), event.t) for event in flown.log.events if "motors stopped by" in event.text]
     struck = _since(flown, [*((fault.whom, t) for fault, t in onset if _strikes(fault)), *stopped])
-    cut = _since(flown, [(fault.whom, t) for fault, t in onset if fault.nature == CUT])
-    blind = _since(flown, [(fault.whom, t + BLIND) for fault, t in onset if fault.nature == CUT])
+    gone = (CUT,) if len(onset) == 1 else (CUT, AWAY)
+    cut = _since(flown, [(fault.whom, t) for fault, t in onset if fault.nature in gone])
+    blind = _since(flown, [(fault.whom, t + BLIND) for fault, t in onset if fault.nature in (CUT, AWAY)])
     air = flown.position[:, :, 2] > DOWN
     separation, closest = _separation(flown.position, air, ~(struck | blind)), _separation(flown.position, air)
     outside = _outside(flown.position)
@@ -83,7 +85,7 @@ def judge(flown):
 
 
 def _strikes(fault):
-    return fault.nature == FALLS or (fault.nature == CUT and fault.on_host_loss == "motor_stop")
+    return fault.nature == FALLS or (fault.nature in (CUT, AWAY) and fault.on_host_loss == "motor_stop")
 
 
 def _began(fault, log):

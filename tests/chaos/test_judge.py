@@ -81,16 +81,21 @@ def test_the_fence():
 
 
 def test_who_is_cut_off_is_judged_for_a_while_and_may_hover():
-    flown = made_up("silence")
+    flown = made_up("dead dongle")
     away, late = [0.0, 0.0, 2.0], FAULT + round(10 * BLIND)
     assert broken(moved(flown, "cf2", [late + 1], away)) == ""
     assert "cf2" in broken(moved(flown, "cf2", [late - 1], away))
     hovering = moved(flown, "cf2", slice(100, None), [0.0, 0.0, 0.5])
     assert broken(replace(hovering, turning=hovering.position[:, :, 2] > 0.0)) == ""
-    hovering = moved(flown, "cf1", slice(100, None), [0.0, 0.0, 0.5])
-    assert "cf1 at (0.70, 0.50, 0.50) m in the end" in broken(
-        replace(hovering, turning=hovering.position[:, :, 2] > 0.0)
-    )
+    hovering = moved(flown, "cf3", slice(100, None), [0.0, 0.0, 0.5])
+    turning = hovering.position[:, :, 2] > 0.0
+    assert "cf3 at (1.90, 0.50, 0.50) m in the end" in broken(replace(hovering, turning=turning))
+
+
+def test_whose_link_comes_back_has_to_land():
+    hovering = moved(made_up("silence"), "cf2", slice(100, None), [0.0, 0.0, 0.5])
+    turning = hovering.position[:, :, 2] > 0.0
+    assert "cf2 at (1.30, 0.50, 0.50) m in the end" in broken(replace(hovering, turning=turning))
 
 
 def test_the_log():
