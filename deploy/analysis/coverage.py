@@ -95,10 +95,8 @@ def _bridged(t: Array, q: Array) -> tuple[Array, Array] | None:
 
 def _over_time(metric: ErgodicMetric | FootprintMetric, q: Array) -> Array:
     """(T,) E of the first 1, 2, .., T steps of q (T, N, ν); the statistics are running means."""
-    steps = len(q)
-    weights = metric.basis.Lambda_k
-    total, out = np.zeros_like(metric.phi_k), np.empty(steps)
-    for step in range(steps):
-        total = total + metric.statistics(q[step : step + 1])
-        out[step] = float((weights * (total / (step + 1) - metric.phi_k) ** 2).sum())
-    return out
+    running = metric.statistics_each(q).cumsum(axis=0)
+    count = np.arange(1.0, len(q) + 1.0).reshape(-1, *(1,) * metric.phi_k.ndim)
+    off = running / count - metric.phi_k
+    E: Array = (metric.basis.Lambda_k * off**2).sum(axis=tuple(range(1, off.ndim)))
+    return E

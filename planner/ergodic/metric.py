@@ -53,6 +53,10 @@ class ErgodicMetric:
         """c_k: mean of F_k over all robots and steps, (n,)*ν, for q (T, N, ν) [m]."""
         return self.basis.statistics(self.basis.tables(q.reshape(-1, self.basis.dimension)).cosine)
 
+    def statistics_each(self, q: Array) -> Array:
+        """The same of every step by itself, (T,) + (n,)*ν."""
+        return np.stack([self.statistics(step) for step in q])
+
     def value(self, q: Array) -> float:
         """E for positions q (T, N, ν) [m]."""
         return float(np.sum(self.basis.Lambda_k * (self.statistics(q) - self.phi_k) ** 2))

@@ -29,6 +29,14 @@ class Footprint(Protocol):
     def look(self, basis: CosineBasis, x: Array) -> Look:
         """Statistics over the box of ``basis`` (two axes) of robots at x (T, N, 3) [m]."""
 
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """The same of every step by itself, (T, n, n): their mean is what :meth:`look` returns."""
+
+
+def step_by_step(footprint: Footprint, basis: CosineBasis, x: Array) -> Array:
+    """:meth:`Footprint.each` of footprints that depend on where a robot is, not on how it moves."""
+    return np.stack([footprint.look(basis, x[t : t + 1]).c_k for t in range(len(x))])
+
 
 def weighted_statistics(basis: CosineBasis, points: Array, weights: Array) -> tuple[Array, Callable[[Array], Seen]]:
     """Σ_m weights_m F_k(points_m), (n, n), and its pull: see :class:`Seen`.

@@ -15,7 +15,7 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.ergodic.basis import CosineBasis, Tables
-from planner.footprint.base import Look
+from planner.footprint.base import Look, step_by_step
 from planner.footprint.outline import Disc
 
 STRIPS = 16  # exact to 1e-3 where a corner cuts strips short, to rounding where only one edge does
@@ -55,6 +55,10 @@ class ClippedDisc:
             return gradient.reshape(x.shape)
 
         return Look(c_k, pull)
+
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """See :class:`~planner.footprint.base.Footprint`."""
+        return step_by_step(self, basis, x)
 
 
 class _Ends(NamedTuple):

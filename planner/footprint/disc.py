@@ -16,7 +16,7 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Footprint, Look
+from planner.footprint.base import Footprint, Look, step_by_step
 from planner.footprint.clipped import ClippedDisc
 from planner.footprint.outline import Disc
 from planner.footprint.polar import PolarFootprint
@@ -55,6 +55,10 @@ class DiscFootprint:
             return gradient.reshape(x.shape)
 
         return Look(c_k, pull)
+
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """See :class:`~planner.footprint.base.Footprint`."""
+        return step_by_step(self, basis, x)
 
     def _clipped(self) -> Footprint:
         return ClippedDisc(self.disc) if self.rim == 1.0 else PolarFootprint(self.disc, self.rim)

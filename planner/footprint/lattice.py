@@ -13,7 +13,7 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Look, weighted_statistics
+from planner.footprint.base import Look, step_by_step, weighted_statistics
 from planner.footprint.outline import Disc
 
 
@@ -50,3 +50,7 @@ class LatticeFootprint:
             return np.concatenate((by_point.sum(axis=1), by_height[:, None]), axis=-1).reshape(x.shape)
 
         return Look(c_k, pull)
+
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """See :class:`~planner.footprint.base.Footprint`."""
+        return step_by_step(self, basis, x)

@@ -35,6 +35,13 @@ class FootprintMetric:
         """c_k of what robots at q (T, N, ν) [m] look at, (n, n): every robot and step counts alike (FEO, Eq. 26)."""
         return self._look(q)[0]
 
+    def statistics_each(self, q: Array) -> Array:
+        """The same of every step by itself, (T, n, n), seen as robots move from one to the next."""
+        x, parts = self._in_space(q), np.zeros((len(q), *self.phi_k.shape))
+        for footprint, robots in self._groups():
+            parts += len(robots) / q.shape[1] * footprint.each(self.basis, x[:, robots])
+        return parts
+
     def value(self, q: Array) -> float:
         """E for positions q (T, N, ν) [m]."""
         return float(np.sum(self.basis.Lambda_k * (self.statistics(q) - self.phi_k) ** 2))

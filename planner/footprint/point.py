@@ -8,7 +8,7 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Look
+from planner.footprint.base import Look, step_by_step
 
 
 @dataclass(frozen=True)
@@ -25,3 +25,7 @@ class Point:
             return gradient
 
         return Look(basis.statistics(tables.cosine), pull)
+
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """See :class:`~planner.footprint.base.Footprint`."""
+        return step_by_step(self, basis, x)

@@ -43,8 +43,7 @@ class PolarFootprint:
 
     def look(self, basis: CosineBasis, x: Array) -> Look:
         """See :class:`~planner.footprint.base.Footprint`."""
-        psi = 2.0 * math.pi * (np.arange(self.directions) + 0.5) / self.directions
-        e = np.stack((np.cos(psi), np.sin(psi)), axis=-1)  # (P, 2)
+        psi, e = self._directions()
         cast = self.outline.cast(x, psi)
         inside = np.clip(cast.centre, basis.lower, basis.upper)
         clip = _clip(basis, inside, cast.radius, e)
@@ -60,6 +59,22 @@ class PolarFootprint:
             return cast.pull(by_centre, by_radius + by_reach * clip.whole)
 
         return Look(c_k, pull)
+
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """See :class:`~planner.footprint.base.Footprint`: outlines are those of the whole motion."""
+        psi, e = self._directions()
+        cast = self.outline.cast(x, psi)
+        inside = np.clip(cast.centre, basis.lower, basis.upper)
+        samples = self._samples(inside, _clip(basis, inside, cast.radius, e).reach, cast.radius, e)
+        points, weights = (
+            part.reshape(len(x), -1, *part.shape[3:]) for part in (samples.points, samples.weights / x.shape[1])
+        )
+        return np.stack([weighted_statistics(basis, *step)[0] for step in zip(points, weights, strict=True)])
+
+    def _directions(self) -> tuple[Array, Array]:
+        """(P,) [rad] and as unit vectors (P, 2)."""
+        psi = 2.0 * math.pi * (np.arange(self.directions) + 0.5) / self.directions
+        return psi, np.stack((np.cos(psi), np.sin(psi)), axis=-1)
 
     def _samples(self, centre: Array, reach: Array, radius: Array, e: Array) -> _Samples:
         node, weight = np.polynomial.legendre.leggauss(self.rings)

@@ -8,7 +8,7 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Look
+from planner.footprint.base import Look, step_by_step
 from planner.footprint.outline import LOWEST
 
 THINNEST = 1e-9  # of the box: what is left of a window that looks past the edge
@@ -49,6 +49,10 @@ class WindowFootprint:
             return gradient.reshape(x.shape)
 
         return Look(c_k, pull)
+
+    def each(self, basis: CosineBasis, x: Array) -> Array:
+        """See :class:`~planner.footprint.base.Footprint`."""
+        return step_by_step(self, basis, x)
 
 
 def _mean_cosines(

@@ -81,6 +81,13 @@ def test_whoever_looks_looks_once(footprint):
     assert metric(footprint).statistics(gentle_motion(3))[0, 0] == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("footprint", FOOTPRINTS.values(), ids=list(FOOTPRINTS))
+def test_steps_by_themselves_are_those_of_the_whole(footprint):
+    """A camera that is fixed to the body is tilted at a step of a motion, too."""
+    there, q = metric(footprint), gentle_motion(8)
+    np.testing.assert_allclose(there.statistics_each(q).mean(axis=0), there.statistics(q), atol=1e-12)
+
+
 @pytest.mark.parametrize("x", [(0.6, -0.2, 0.5), (0.1, -0.2, 0.5), (1.2, 0.6, 0.6)], ids=["inside", "edge", "corner"])
 def test_discs_as_counted(x):
     def inside(a, b, x):
