@@ -12,6 +12,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,8 @@ from missions.errors import MissionError
 from missions.loader import parse_mission
 from missions.schema import Mission
 from planner.models import mission_dynamics
-from planner.pareto.front import Front, FrontError, FrontPoint, FrontSettings, Maps, weighed
+from planner.pareto.front import Front, FrontError, FrontPoint, FrontSettings, Maps
+from planner.pareto.ideal import ideal_vectors
 from planner.plan import Plan
 
 KIND, FORMAT = "ergoflie front", 1
@@ -139,16 +141,16 @@ def _read_point(row: Mapping[str, Any], number: int, mission: Mission, maps: Map
     parent = row["parent"]
     if parent is not None and not (isinstance(parent, int) and parent >= 0):
         raise FrontError(f"{where}: got parent {parent!r}; allowed: the number of a point")
-    plan = _plan(mission, weights, u, row)
+    plan = _plan(mission, u, row)
     found = maps.vector(plan.q[:-1])
     if not np.allclose(found, vector, rtol=_AGREE, atol=1e-12):
         raise FrontError(f"{where}: its plan is worth {found.tolist()}, not {vector.tolist()}: the file was edited")
-    return FrontPoint(frozen(weights), found, plan, parent, str(row["status"]))
+    E = float(weights @ (found - ideal_vectors(weights[None], maps.distances)[0]))
+    return FrontPoint(frozen(weights), found, replace(plan, ergodicity=E), parent, str(row["status"]))
 
 
-def _plan(mission: Mission, weights: Array, u: Array, row: Mapping[str, Any]) -> Plan:
-    from planner.indicators import ergodic_metric
-
+def _plan(mission: Mission, u: Array, row: Mapping[str, Any]) -> Plan:
+    """The plan of controls (T, N, m), without its ergodicity."""
     dynamics = mission_dynamics(mission)
     motion = dynamics.rollout(u)
     v = motion.v.copy()
@@ -159,7 +161,7 @@ def _plan(mission: Mission, weights: Array, u: Array, row: Mapping[str, Any]) ->
         q=motion.q,
         v=v,
         u=u,
-        ergodicity=ergodic_metric(weighed(mission, weights)).value(motion.q[:-1]),
+        ergodicity=math.nan,
         violation=float(row["violation"]),
         seed=int(row["seed"]),
         evaluations=int(row["evaluations"]),

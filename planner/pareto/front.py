@@ -12,10 +12,10 @@ from missions.arrays import Array, frozen
 from missions.information import SeveralMaps, single_maps
 from missions.schema import Mission
 from missions.weights import reweighted
+from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
 from planner.ergodic.target import information_coefficients
 from planner.errors import PlannerError
-from planner.indicators import ergodic_metric
 from planner.pareto.dominance import non_dominated
 from planner.pareto.hypervolume import hypervolume
 from planner.pareto.ideal import ideal_vectors
@@ -82,11 +82,12 @@ class Maps:
     @staticmethod
     def of(mission: Mission) -> Maps:
         """Of a mission."""
-        information, basis = mission.information, ergodic_metric(mission).basis
-        several = isinstance(information, SeveralMaps)
-        names = information.names if isinstance(information, SeveralMaps) else ("information",)
+        information, box = mission.information, mission.workspace
+        basis = CosineBasis(np.array(box.lower), np.array(box.upper), mission.basis.functions_per_axis)
+        several = information if isinstance(information, SeveralMaps) else None
+        names = several.names if several is not None else ("information",)
+        prefer = several.shares if several is not None else (1.0,)
         singles = [information_coefficients(single, basis) for _, single in single_maps(information)]
-        prefer = information.shares if isinstance(information, SeveralMaps) and several else (1.0,)
         return Maps(names, tuple(ErgodicMetric(basis, phi_k) for phi_k in singles), frozen(np.array(prefer)))
 
     @cached_property
