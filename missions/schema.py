@@ -43,6 +43,8 @@ from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
 from missions.radio import Radio as Radio
+from missions.replanning import MapChange as MapChange
+from missions.replanning import Replanning as Replanning
 from missions.safety import Safety as Safety
 from missions.trajectory import FacingYaw as FacingYaw
 from missions.trajectory import FixedYaw as FixedYaw
@@ -222,6 +224,7 @@ class Mission:
         "how motion capture sees the robots, and in which frame", default=MotionCapture()
     )
     safety: Safety = field("what happens when something goes wrong", default=Safety())
+    replanning: Replanning = field("maps that change in flight, and when new trajectories begin", default=Replanning())
     source: MissionSource | None = dataclasses.field(
         default=None, repr=False, compare=False, metadata={"internal": True}
     )

@@ -24,6 +24,7 @@ from missions.uris import check_uri, same_drone
 from missions.validate_connectivity import check_connectivity
 from missions.validate_information import check_information
 from missions.validate_places import check_limits, check_places
+from missions.validate_replanning import check_replanning
 from missions.validate_shapes import check_shapes
 
 ErrorAt = Callable[[str, str], MissionError]
@@ -56,6 +57,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     _check_safety(mission, error)
     check_connectivity(mission, error)
     _check_assignment(mission, error)
+    check_replanning(mission, error)
 
 
 def _check_safety(mission: Mission, error: ErrorAt) -> None:

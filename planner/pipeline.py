@@ -159,7 +159,7 @@ def _tightened(mission: Mission, ask: Ask, attempt: Attempt) -> Ask:
         raise CertificateFailed(attempt.certificate)
     if unguarded:
         return _easier_to_follow(mission, ask)
-    margins = _grown(ask.margins, attempt.certificate)
+    margins = grown(ask.margins, attempt.certificate)
     slow = slow_points(mission, switches(mission, attempt.trajectories))
     return replace(ask, margins=replace(margins, slow=margins.slow + slow))
 
@@ -181,7 +181,8 @@ def versions() -> dict[str, str]:
 def _realise(mission: Mission, plan: Plan) -> Attempt:
     pieces = fit(plan, mission)
     names = [robot.name for robot in mission.robots]
-    encoded = {name: encode(p, mission.trajectory) for name, p in zip(names, pieces, strict=True)}
+    joints = mission.replanning.joints
+    encoded = {name: encode(p, mission.trajectory, joints) for name, p in zip(names, pieces, strict=True)}
     transfers = plan_transfers(mission, {name: decode(item) for name, item in encoded.items()})
     return Attempt(plan, encoded, transfers, certify(mission, encoded, transfers))
 
@@ -208,7 +209,7 @@ _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
 }
 
 
-def _grown(margins: Margins, certificate: Certificate) -> Margins:
+def grown(margins: Margins, certificate: Certificate) -> Margins:
     """Margins with what the certificate missed on top; of several misses that one margin guards, the largest."""
     growth: dict[str, float] = {}
     for check in certificate.failures:

@@ -21,6 +21,7 @@ class DoubleIntegrator:
         steps: T. dt: step [s].
         substeps: m, positions a step that :attr:`Motion.q_fine` holds.
         velocity: (N, ν) velocities at t = 0 [m/s]; None: at rest.
+        acceleration: (N, ν) what searches have controls begin with [m/s²]; None: zero. Rollouts are not concerned.
     """
 
     start: Array
@@ -28,11 +29,13 @@ class DoubleIntegrator:
     dt: float
     substeps: int = 2
     velocity: Array | None = None
+    acceleration: Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", frozen(self.start))
-        if self.velocity is not None:
-            object.__setattr__(self, "velocity", frozen(self.velocity))
+        for name in ("velocity", "acceleration"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, frozen(value))
 
     @property
     def controls_shape(self) -> tuple[int, int, int]:

@@ -1,8 +1,9 @@
 """Starts in motion and ends that are given, exact for every value of the variables.
 
-Controls become affine in the variables: u = S P(z) + u_0. The offset u_0 brings robots that start in motion to rest,
-since modes leave the final velocity as it is. P projects the variables of a robot whose end is given onto those that
-lead there: with the linear map w from a control to the displacement at the end, and c = Sᵀ w,
+Controls become affine in the variables: u = S P(z) + u_0. The offset u_0 begins with the accelerations that are given
+and brings robots that start in motion to rest, since modes begin at zero and leave the final velocity as it is. P
+projects the variables of a robot whose end is given onto those that lead there: with the linear map w from a control
+to the displacement at the end, and c = Sᵀ w,
 
     P(z) = z − c (c·z − d)/(c·c),   d = end − (end of the motion under u_0).
 
@@ -23,6 +24,7 @@ from planner.problem import Problem
 from planner.solver.modes import ControlModes
 
 BRAKING = 0.125  # share of the horizon in which u_0 brings a moving start to rest
+FADING = 1.0  # [s] in which a given acceleration is gone
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,9 @@ def with_ends(modes: ControlModes, problem: Problem) -> ControlModes:
         PlannerError: the problem's dynamics are not the double integrator's.
     """
     dynamics = problem.dynamics
-    moving = isinstance(dynamics, DoubleIntegrator) and dynamics.velocity is not None
+    moving = isinstance(dynamics, DoubleIntegrator) and (
+        dynamics.velocity is not None or dynamics.acceleration is not None
+    )
     if problem.ends is None and not moving:
         return modes
     if not isinstance(dynamics, DoubleIntegrator):
@@ -85,12 +89,19 @@ def with_ends(modes: ControlModes, problem: Problem) -> ControlModes:
 
 
 def _brake(dynamics: DoubleIntegrator) -> Array:
-    """(T, N, ν) accelerations that end every start's motion, smooth from zero to zero."""
-    steps = dynamics.steps
-    if dynamics.velocity is None:
-        return np.zeros(dynamics.controls_shape)
+    """(T, N, ν) accelerations that end every start's motion, smooth from what is given, or zero, to zero."""
+    steps, dt = dynamics.steps, dynamics.dt
+    offset, velocity = np.zeros(dynamics.controls_shape), dynamics.velocity
+    if dynamics.acceleration is not None:
+        fading = min(steps, max(2, round(FADING / dt)))
+        fade = np.zeros(steps)
+        fade[:fading] = np.cos(0.5 * np.pi * (np.arange(fading) + 0.5) / fading) ** 2
+        offset += fade[:, None, None] * dynamics.acceleration
+        velocity = (0.0 if velocity is None else velocity) + fade.sum() * dt * dynamics.acceleration
+    if velocity is None:
+        return offset
     braking = max(2, round(BRAKING * steps))
     profile = np.zeros(steps)
     profile[:braking] = np.sin(np.pi * (np.arange(braking) + 0.5) / braking) ** 2
-    profile /= profile.sum() * dynamics.dt
-    return np.asarray(-profile[:, None, None] * dynamics.velocity)
+    profile /= profile.sum() * dt
+    return np.asarray(offset - profile[:, None, None] * velocity)

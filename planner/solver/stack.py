@@ -36,10 +36,14 @@ def stacked(problem: Problem, swarms: int) -> Problem:
     if not isinstance(dynamics, DoubleIntegrator):
         raise TypeError(f"{type(dynamics).__name__} moves no more than one swarm; see stackable()")
     robots = dynamics.controls_shape[1]
-    velocity = None if dynamics.velocity is None else np.tile(dynamics.velocity, (swarms, 1))
+    velocity, acceleration = (
+        None if value is None else np.tile(value, (swarms, 1)) for value in (dynamics.velocity, dynamics.acceleration)
+    )
     return replace(
         problem,
-        dynamics=replace(dynamics, start=np.tile(dynamics.start, (swarms, 1)), velocity=velocity),
+        dynamics=replace(
+            dynamics, start=np.tile(dynamics.start, (swarms, 1)), velocity=velocity, acceleration=acceleration
+        ),
         constraints=tuple(_stacked(constraint, swarms, robots) for constraint in problem.constraints),
         preferences=tuple(_stacked(constraint, swarms, robots) for constraint in problem.preferences),
         ends=None if problem.ends is None else np.tile(problem.ends, (swarms, 1)),

@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from missions.schema import TrajectorySettings
 from planner.trajectory.compressed import decode_compressed
 from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding, Leg
 from planner.trajectory.errors import TrajectoryError
-from planner.trajectory.legs import HALF, compressed_legs, poly4d_legs
+from planner.trajectory.legs import HALF, compressed_legs, legs_between, poly4d_legs
 from planner.trajectory.piecewise import PiecewisePolynomial, concatenated
 from planner.trajectory.poly4d import MAX_PIECES, decode_poly4d
 
 _DEFAULTS = TrajectorySettings()
 
 
-def encode(trajectory: PiecewisePolynomial, settings: TrajectorySettings = _DEFAULTS) -> EncodedTrajectory:
+def encode(
+    trajectory: PiecewisePolynomial, settings: TrajectorySettings = _DEFAULTS, joints: Sequence[float] = ()
+) -> EncodedTrajectory:
     """Encode a trajectory in the format the settings ask for, as one leg if the memory holds it.
 
     ``auto`` takes poly4d when the pieces fit, because float32 keeps micrometres where the compressed format rounds to
     millimetres; the result's ``reason`` says which was taken and why. What no memory holds becomes a chain of legs
-    that are uploaded in flight; ``auto`` compresses them, for the fewest switches.
+    that are uploaded in flight; ``auto`` compresses them, for the fewest switches. With ``joints`` [s], at which
+    pieces have to end, it is a chain of legs from one to the next.
 
     Raises:
         TrajectoryError: it does not fit the format.
     """
     wanted = settings.encoding
-    if wanted == "poly4d" or (wanted == "auto" and trajectory.pieces <= MAX_PIECES):
+    if joints:
+        legs = legs_between(trajectory, joints)
+        why = "two versions of a leg have to fit half of the memory"
+    elif wanted == "poly4d" or (wanted == "auto" and trajectory.pieces <= MAX_PIECES):
         legs = poly4d_legs(trajectory)
         why = "asked for" if wanted == "poly4d" else f"at most {MAX_PIECES} pieces, float32 accuracy"
     else:

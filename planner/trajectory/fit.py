@@ -31,7 +31,7 @@ from planner.plan import Plan
 from planner.trajectory.bezier import control_points
 from planner.trajectory.compressed import rounded
 from planner.trajectory.errors import TrajectoryError
-from planner.trajectory.knots import SHORTEST, most_pieces, place_knots
+from planner.trajectory.knots import SHORTEST, most_pieces, place_knots, through
 from planner.trajectory.motion import plan_motion
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.trajectory.poly4d import MAX_PIECES
@@ -47,20 +47,32 @@ _COMPRESSED_SHORTEST = 0.4  # [s] millimetres rounded over shorter pieces shake 
 _COMPRESSED_ROUNDS = 8
 _MORE = 1.2  # room given to a shaken piece, in what it shakes
 _LEAST_CAP = 0.5  # share of the limit that a piece keeps
+_ROUNDED_START = 0.005  # share of the acceleration limit
 _YAW_ROUNDING = 0.03  # share of the yaw rate's limit that tenths of a degree may take
 
 
-def fit(plan: Plan, mission: Mission) -> tuple[PiecewisePolynomial, ...]:
+def fit(plan: Plan, mission: Mission, start: Array | None = None) -> tuple[PiecewisePolynomial, ...]:
     """Polynomials of all robots, in the mission's order.
 
     x and y (and z of a 3-D workspace) follow the plan; z of a 2-D workspace is the flight's altitude; yaw is what the
-    mission asks for, on the same knots, within its rate limit.
+    mission asks for, on the same knots, within its rate limit. A piece ends at each joint of a mission that may be
+    planned anew.
+
+    Args:
+        plan: of the whole search, or of its end.
+        mission: whose.
+        start: (N, axes, 4) position, velocity, acceleration and jerk that a plan of the end begins with; None: at rest.
 
     Raises:
         TrajectoryError: a robot's plan cannot be followed within the tolerance and the acceleration limit, or leaves
             what the encoding can hold.
     """
-    return tuple(_fit_robot(plan, mission, robot) for robot in range(plan.q.shape[1]))
+    since = mission.horizon.duration - float(plan.t[-1])
+    joints = tuple(joint - since for joint in mission.replanning.joints if joint > since + 0.5 * plan.dt)
+    robots = range(plan.q.shape[1])
+    return tuple(
+        _fit_robot(plan, mission, robot, _Demands(joints, None if start is None else start[robot])) for robot in robots
+    )
 
 
 def deviation(plan: Plan, robot: int, trajectory: PiecewisePolynomial) -> tuple[float, float]:
@@ -73,6 +85,18 @@ def deviation(plan: Plan, robot: int, trajectory: PiecewisePolynomial) -> tuple[
     error = np.linalg.norm(trajectory.evaluate(t)[:, :axes] - plan_motion(plan, robot, t), axis=1)
     worst = int(np.argmax(error))
     return float(error[worst]), float(t[worst])
+
+
+@dataclass(frozen=True)
+class _Demands:
+    """What polynomials have to do besides staying near the plan.
+
+    Attributes:
+        joints: when a piece has to end [s]. start: (axes, 4) derivatives to begin with; None: those of a rest.
+    """
+
+    joints: tuple[float, ...] = ()
+    start: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -96,20 +120,25 @@ class _Candidate:
         return float(self.excesses.max())
 
 
-def _fit_robot(plan: Plan, mission: Mission, robot: int) -> PiecewisePolynomial:
+def _fit_robot(plan: Plan, mission: Mission, robot: int, demands: _Demands) -> PiecewisePolynomial:
     """The first of the ways the encoding allows that keeps tolerance and limit: one memory first, then legs."""
     tolerance = mission.trajectory.tolerance
+    # What is given to begin with was rounded, and may be over the limit already by as much.
+    allowed = 0.0 if demands.start is None else _ROUNDED_START * float(fleet.accelerations(mission)[robot])
     failed: list[_Candidate] = []
     for way in _ways(plan, mission):
-        candidate = way(plan, mission, robot)
-        if candidate.deviation <= tolerance and candidate.excess <= 0.0:
+        candidate = way(plan, mission, robot, demands)
+        if candidate.deviation <= tolerance and candidate.excess <= allowed:
             return candidate.trajectory
         failed.append(candidate)
     raise TrajectoryError(_why_not(mission, robot, min(failed, key=_shortfall)))
 
 
-def _ways(plan: Plan, mission: Mission) -> Iterator[Callable[[Plan, Mission, int], _Candidate]]:
-    """What may become of the plan in the wanted encoding, best first."""
+def _ways(plan: Plan, mission: Mission) -> Iterator[Callable[[Plan, Mission, int, _Demands], _Candidate]]:
+    """What may become of the plan in the wanted encoding, best first; of what may be planned anew, always legs."""
+    if mission.replanning.joints:
+        yield _millimetres
+        return
     encoding, most = mission.trajectory.encoding, most_pieces(float(plan.t[-1]))
     if encoding != "compressed":
         yield functools.partial(_float32, most=min(MAX_PIECES, most))
@@ -119,14 +148,14 @@ def _ways(plan: Plan, mission: Mission) -> Iterator[Callable[[Plan, Mission, int
         yield _millimetres
 
 
-def _float32(plan: Plan, mission: Mission, robot: int, most: int) -> _Candidate:
+def _float32(plan: Plan, mission: Mission, robot: int, demands: _Demands, most: int) -> _Candidate:
     """For poly4d, whose rounding is below a micrometre."""
-    found = _search(plan, mission, robot, most, SHORTEST)
+    found = _search(plan, mission, robot, demands, most, SHORTEST)
     trajectory = _trajectory(plan, mission, robot, found)
     return _candidate(plan, mission, robot, trajectory, trajectory)
 
 
-def _millimetres(plan: Plan, mission: Mission, robot: int) -> _Candidate:
+def _millimetres(plan: Plan, mission: Mission, robot: int, demands: _Demands) -> _Candidate:
     """For the compressed encoding: what it rounds counts, so pieces that it shakes get room below the limit.
 
     Raises:
@@ -134,8 +163,9 @@ def _millimetres(plan: Plan, mission: Mission, robot: int) -> _Candidate:
     """
     limit = float(fleet.accelerations(mission)[robot])
     most = most_pieces(float(plan.t[-1]), _COMPRESSED_SHORTEST)
-    found = _search(plan, mission, robot, most, _COMPRESSED_SHORTEST)
+    found = _search(plan, mission, robot, demands, most, _COMPRESSED_SHORTEST)
     caps = np.full(found.pieces, limit)
+    motion = functools.partial(plan_motion, plan, robot)
     candidates: list[_Candidate] = []
     for _ in range(_COMPRESSED_ROUNDS):
         trajectory = _trajectory(plan, mission, robot, found)
@@ -144,11 +174,11 @@ def _millimetres(plan: Plan, mission: Mission, robot: int) -> _Candidate:
         if candidate.excess <= 0.0:
             break
         caps = np.maximum(caps - _MORE * candidate.excesses, _LEAST_CAP * limit)
-        found = fit_motion(functools.partial(plan_motion, plan, robot), found.spline.knots, Bound(2, caps))
+        found = fit_motion(motion, found.spline.knots, Bound(2, caps), start=demands.start)
     return min(candidates, key=_shortfall)
 
 
-def _search(plan: Plan, mission: Mission, robot: int, most: int, shortest: float) -> Fit:
+def _search(plan: Plan, mission: Mission, robot: int, demands: _Demands, most: int, shortest: float) -> Fit:
     """The fewest pieces, at most this many, that meet the aim; or what comes closest."""
     motion = functools.partial(plan_motion, plan, robot)
     bound = Bound(2, float(fleet.accelerations(mission)[robot]))
@@ -156,7 +186,7 @@ def _search(plan: Plan, mission: Mission, robot: int, most: int, shortest: float
     knots = place_knots(plan, robot, guess, shortest)
 
     def attempt(knots: Array, aim: float | None) -> Fit:
-        return fit_motion(motion, knots, bound, aim)
+        return fit_motion(motion, through(knots, demands.joints), bound, aim, demands.start)
 
     return fewest_pieces(attempt, knots, AIM * mission.trajectory.tolerance, most, shortest)
 

@@ -6,6 +6,8 @@ knots move until all pieces err alike, which is where a given number of pieces e
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from missions.arrays import Array
@@ -66,6 +68,21 @@ def move_knots(knots: Array, errors: Array, pieces: int, order: float, shortest:
     calm = density.copy()
     calm[1:-1] = 0.25 * density[:-2] + 0.5 * density[1:-1] + 0.25 * density[2:]
     return _distribute(knots, calm, pieces, shortest)
+
+
+def through(knots: Array, joints: Sequence[float]) -> Array:
+    """Knots of which each of ``joints`` [s] is one: the nearest one each, and the others move with them.
+
+    So that pieces beside one another stay of about the same length, which rounded ones have to be.
+    """
+    if not joints:
+        return knots
+    nearest = [int(np.abs(knots - joint).argmin()) for joint in joints]
+    if len(set(nearest) - {0, len(knots) - 1}) < len(joints):  # fewer pieces than that: they are cut
+        return np.union1d(knots, joints)
+    moved: Array = np.round(np.interp(knots, knots[[0, *nearest, -1]], [knots[0], *joints, knots[-1]]), 3)
+    moved[[0, *nearest, -1]] = [knots[0], *joints, knots[-1]]
+    return moved
 
 
 def _distribute(edges: Array, density: Array, pieces: int, shortest: float) -> Array:

@@ -17,10 +17,12 @@ import numpy as np
 from missions.arrays import Array
 from planner.trajectory.compressed import LEG_OVERHEAD, compressed_leg, compressed_segments
 from planner.trajectory.encoded import MEMORY_SIZE, EncodedTrajectory, Encoding, Leg
-from planner.trajectory.piecewise import PiecewisePolynomial
+from planner.trajectory.errors import TrajectoryError
+from planner.trajectory.piecewise import PiecewisePolynomial, concatenated
 from planner.trajectory.poly4d import MAX_PIECES, PIECE_SIZE, encode_pieces, encode_poly4d
 
 HALF = MEMORY_SIZE // 2
+QUARTER = HALF // 2  # of a mission that may be planned anew: two versions of a leg lie in one half
 CALM = 0.1  # [m/s]; a switch at this speed costs as much as one more switch
 SHORTEST_LEG = 8.0  # [s] legs are no shorter if they can: while one flies the next is uploaded
 _HURRY = 80.0  # what a leg of no length costs; shorter ones in proportion to what they lack
@@ -55,6 +57,48 @@ def compressed_legs(trajectory: PiecewisePolynomial) -> tuple[Leg, ...]:
         Leg(Encoding.COMPRESSED, compressed_leg(starts[begin], segments[begin:end]), end - begin, offset_of(number))
         for number, (begin, end) in enumerate(pairwise(cuts))
     )
+
+
+def legs_between(
+    trajectory: PiecewisePolynomial, joints: Sequence[float], before: PiecewisePolynomial | None = None, first: int = 0
+) -> tuple[Leg, ...]:
+    """Compressed legs that are cut at given joints, each no longer than a quarter of the memory.
+
+    Args:
+        trajectory: with a piece that ends at each joint.
+        joints: when, after its start [s].
+        before: what is flown before it, as the drone flies it; the first leg goes on from there, rounding and all.
+        first: number of the first leg. Of a trajectory that takes over (``before``) it lies in the second quarter of
+            its half: beside the leg that it may replace.
+
+    Raises:
+        TrajectoryError: as :func:`compressed_segments`; no piece ends at a joint; a leg is too long.
+    """
+    lead = 0
+    if before is not None:
+        last = PiecewisePolynomial(before.durations[-1:], before.coefficients[-1:])
+        trajectory, lead = concatenated([last, trajectory]), 1
+    starts, segments = compressed_segments(trajectory)
+    knots = trajectory.knots() - trajectory.knots()[lead]
+    cuts = [lead, *(int(np.abs(knots - joint).argmin()) for joint in joints), trajectory.pieces]
+    legs = []
+    for number, (begin, end) in enumerate(pairwise(cuts), start=first):
+        replaces = before is not None and number == first
+        leg = Leg(
+            Encoding.COMPRESSED,
+            compressed_leg(starts[begin], segments[begin:end]),
+            end - begin,
+            offset_of(number) + QUARTER * replaces,
+        )
+        if len(leg.data) > QUARTER:
+            raise TrajectoryError(
+                f"leg {number + 1} has {len(leg.data)} bytes; between joints {QUARTER} are allowed, for two versions "
+                "of it have to lie in half of the memory (more joints make legs shorter)"
+            )
+        legs.append(leg)
+    if joints and max(abs(float(knots[cut]) - joint) for cut, joint in zip(cuts[1:-1], joints, strict=True)) > 1e-3:
+        raise TrajectoryError(f"no piece ends at a joint; joints are at {', '.join(f'{t:g}' for t in joints)} s")
+    return tuple(legs)
 
 
 def offset_of(number: int) -> int:

@@ -2,7 +2,7 @@
 
     minimise    ∫ (p − q)² + μ² (p̈ − q̈)² dt
     subject to  |p⁽ᵏ⁾| <= cap  (control points of the derivative, every piece cut in four)
-                p = q, ṗ = q̇ and p̈ = p⃛ = 0 at both ends
+                p = q, ṗ = q̇ and p̈ = p⃛ = 0 at both ends (or what is given at the first)
 
 over C³ splines of degree 7. q is known in continuous time, so the error is time-synchronised and holds between samples.
 """
@@ -67,7 +67,9 @@ class Fit:
         return float(self.errors.max())
 
 
-def fit_motion(motion: Motion, knots: Array, bound: Bound, aim: float | None = math.inf) -> Fit:
+def fit_motion(
+    motion: Motion, knots: Array, bound: Bound, aim: float | None = math.inf, start: Array | None = None
+) -> Fit:
     """Fit a motion on given knots.
 
     Args:
@@ -76,6 +78,8 @@ def fit_motion(motion: Motion, knots: Array, bound: Bound, aim: float | None = m
         bound: which derivative is bounded by how much; ``excess`` tells whether that could be met.
         aim: error that is too much to go on for: what comes back then misses the bound a little. None ignores the
             bound.
+        start: (axes, 4) position, velocity, acceleration and jerk at the first knot, instead of the motion's own
+            position and velocity.
     """
     spline = SepticSpline(knots)
     h = spline.durations
@@ -91,6 +95,8 @@ def fit_motion(motion: Motion, knots: Array, bound: Bound, aim: float | None = m
     ends = [0, -1]
     fixed[:, ends, 0] = motion(knots[ends]).T
     fixed[:, ends, 1] = motion(knots[ends], 1).T * spline.scales[ends]
+    if start is not None:
+        fixed[:, 0] = start * spline.scales[0] ** np.arange(4)
     rows = derivative_points(bound.order, _CUTS) @ C / hm**bound.order
     quadratic = LocalQuadratic(H, g.transpose(2, 0, 1), fixed)
     caps = np.broadcast_to(np.asarray(bound.cap, dtype=np.float64), len(h))[:, None, None]

@@ -1,0 +1,108 @@
+"""Maps that change while robots fly: when, and where they may take new trajectories over.
+
+A drone flies one leg of its trajectory while the next is uploaded (``planner/trajectory/legs.py``). A mission that may
+be planned anew in flight cuts everybody's legs at the same instants, its joints: what follows a joint can be replaced
+up to half a second before it, for everybody or for nobody.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from missions.errors import MissionError
+from missions.fields import Vector, field
+from missions.information import GaussianMixtureMap, UniformMap
+
+if TYPE_CHECKING:
+    from missions.schema import Mission
+
+WrittenMap = GaussianMixtureMap | UniformMap  # a map that is all in the text, with no file beside it
+
+
+@dataclass(frozen=True)
+class MapChange:
+    """Another map from some time on."""
+
+    time: float = field("when it becomes known, after the start of the search", unit="s", at_least=0.0)
+    information: WrittenMap = field("where there is something to see from then on")
+
+
+@dataclass(frozen=True)
+class Replanning:
+    """When robots may take new trajectories over, how long planning them takes, and what changes."""
+
+    joints: Vector = field(
+        "instants of the search at which all robots may take new trajectories over, together",
+        unit="s",
+        above=0.0,
+        items=(1, 100),
+        default=(),
+    )
+    budget: float = field(
+        "time a new plan gets; in rehearsals it takes exactly as long, on hardware what is late is not flown",
+        unit="s",
+        above=0.0,
+        at_most=600.0,
+        default=5.0,
+    )
+    changes: tuple[MapChange, ...] = field("what is scripted; more may be told in flight", default=(), items=(0, 100))
+
+    def __bool__(self) -> bool:
+        return bool(self.joints)
+
+
+def with_information(mission: Mission, information: WrittenMap) -> Mission:
+    """The mission with another map, read again from its text with the map written into it: what a plan file needs.
+
+    Raises:
+        ValueError: the mission has no source text.
+        MissionError: the map does not fit the mission.
+    """
+    return _reread(mission, json.dumps(_plain(information)))
+
+
+def with_information_text(mission: Mission, text: str) -> Mission:
+    """The same for a map as YAML or JSON text, as it is told in flight.
+
+    Raises:
+        ValueError: the mission has no source text.
+        MissionError: the text is no map, or does not fit the mission.
+    """
+    try:
+        node = yaml.load(text, Loader=yaml.BaseLoader)  # texts only: the mission's own reader judges them
+    except yaml.YAMLError as error:
+        raise MissionError(f"a map that is no YAML: {' '.join(str(error).split())[:100]}") from None
+    if not isinstance(node, dict):
+        raise MissionError(f"got {text[:60]!r}; allowed: a mapping, as 'information' in a mission file")
+    return _reread(mission, json.dumps(node))
+
+
+def _reread(mission: Mission, information: str) -> Mission:
+    from missions.loader import parse_mission  # it reads records that hold these
+
+    source = mission.source
+    if source is None:
+        raise ValueError(f"mission '{mission.name}' has no source text; load it from a file")
+    root = yaml.compose(source.text, Loader=yaml.BaseLoader)
+    keys = root.value if isinstance(root, yaml.MappingNode) else ()
+    value = next((value for key, value in keys if key.value == "information"), None)
+    if value is None:
+        raise MissionError("missing key 'information'")
+    begin, end = value.start_mark.index, value.end_mark.index
+    after = "" if getattr(value, "flow_style", True) else "\n"  # a block ends where the next key begins
+    text = source.text[:begin] + information + after + source.text[end:]
+    return parse_mission(text, path=source.path, read_file=source.files.__getitem__)
+
+
+def _plain(record: Any) -> Any:  # noqa: ANN401 - whatever a record holds
+    if dataclasses.is_dataclass(record):
+        items = (item for item in dataclasses.fields(record) if not item.metadata.get("internal"))
+        return {item.name: _plain(getattr(record, item.name)) for item in items}
+    if isinstance(record, tuple):
+        return [_plain(item) for item in record]
+    return record
