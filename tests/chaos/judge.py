@@ -10,7 +10,8 @@
    the air, or was away in a flight in which something else went wrong, may hover.
 4. What fails before take-off keeps everybody on the ground.
 5. The log can be read and is complete (after a kill: up to the kill), holds the fault, and ends in a final phase.
-6. A flight that did not go as planned fails the verdict, and what is said of it names the fault.
+6. A flight that did not go as planned fails the verdict, and what is said of it names the fault. One that did passes,
+   unless something struck a drone: the verdict sees more than the watch.
 """
 
 import itertools
@@ -175,7 +176,8 @@ def _logged(flown, onset):
 def _named(flown):
     ended, level = flown.ended, flown.analysis.verdict.level
     fine = isinstance(ended, FlightOutcome) and ended.completed
-    if fine == (level is Level.FAIL):
+    struck = any(_strikes(fault) for fault in flown.case.faults)
+    if fine == (level is Level.FAIL) and not (fine and struck):
         yield f"verdict {level.name} of a flight that is {_word(ended)}"
     if fine or len(flown.case.faults) > 1:
         return

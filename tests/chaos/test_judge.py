@@ -116,6 +116,7 @@ def test_what_is_said():
     assert "verdict PASS of a flight that is aborted" in broken(made_up(level=Level.PASS))
     assert "verdict FAIL of a flight that is completed" in broken(made_up(phase=Phase.LANDED, reason=""))
     assert broken(made_up(phase=Phase.LANDED, reason="", level=Level.WARN)) == ""
+    assert broken(made_up("weak motor", phase=Phase.LANDED, reason="")) == ""
     assert "does not say what went wrong" in broken(made_up(reason="cf2 is unhappy"))
     assert "does not say with whom" in broken(made_up(reason="link lost"))
 
