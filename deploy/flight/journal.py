@@ -37,9 +37,10 @@ class Journal:
         robot: str = "",
         level: Level = "info",
         value: float | None = None,
+        kind: str = "",
     ) -> None:
         """Something that happened at flight time t [s]."""
-        self.log.event(t, name, text, phase=phase.value, robot=robot, level=level, value=value)
+        self.log.event(t, name, text, phase=phase.value, robot=robot, level=level, value=value, kind=kind)
         self.message = f"{robot}: {text}" if robot else text
         if level == "fault":
             self.faults.append(self.message)

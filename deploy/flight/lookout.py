@@ -15,7 +15,7 @@ from deploy.radio.fleet import Fleet
 from missions.schema import Mission
 from mocap.gate import Incident
 
-Tell = Callable[[str, str, str, Level, float], None]  # event: name, text, robot, level, value
+Tell = Callable[[str, str, str, Level, float, str], None]  # event: name, text, robot, level, value, kind
 
 
 class Lookout:
@@ -46,7 +46,7 @@ class Lookout:
         due: list[Finding] = []
         for finding in self._watch.look(now, self._seen(now, searching)):
             level: Level = "fault" if finding.level == "abort" else "warning"
-            self._tell(finding.kind, finding.text, finding.robot, level, finding.value)
+            self._tell(finding.kind, finding.text, finding.robot, level, finding.value, "")
             lost = finding.name == "link"
             # Who positions himself and has but one leg to fly is safest flown beside: see watch.py.
             carries_on = (
@@ -68,7 +68,7 @@ class Lookout:
         for incident in incidents:
             level: Level = "info" if incident.kind == "again" else "warning"
             who = "" if incident.kind == "jump" else "–".join(incident.robots)
-            self._tell("mocap", incident.text, who, level, incident.value)
+            self._tell("mocap", incident.text, who, level, incident.value, incident.kind)
         if not swaps or policy == "go_on":
             return None
         about = [robot for swap in swaps for robot in swap.robots]

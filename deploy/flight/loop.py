@@ -31,6 +31,7 @@ from deploy.phases import Phase, Phases
 from deploy.radio import highlevel
 from deploy.radio.fleet import Fleet
 from deploy.radio.requests import Reply, Request
+from deploy.replanner import Replanner
 from missions.radio import pose_rates
 from mocap.errors import MocapError
 from mocap.setup import in_world
@@ -67,6 +68,8 @@ class Flight:
         left_behind: who did not take off, and why.
         turned: when the loop turned last [s]. timing: delays. picture: what those who watch see.
         on_return: called with a robot whose lost link is back, in flight.
+        replanner: who plans anew when the map changes; None: nobody.
+        new_map: a map that somebody has told, as text, once; None: nothing new.
     """
 
     def __init__(
@@ -95,6 +98,8 @@ class Flight:
         self.turned, self.timing = clock.now(), Timing()
         self.picture = Picture(log, plan, self.courses.references, clock.now())
         self.on_return: Callable[[str], None] = lambda robot: None
+        self.replanner: Replanner | None = None
+        self.new_map: Callable[[], str | None] = lambda: None
         self._rescue = Rescue(fleet, clock, mission.flight.log_rate)
         self._observer = observer
         self._turns = itertools.count()
@@ -108,10 +113,18 @@ class Flight:
         self.event("phase", phase.value)
 
     def event(
-        self, name: str, text: str, *, robot: str = "", level: Level = "info", value: float | None = None
+        self,
+        name: str,
+        text: str,
+        *,
+        robot: str = "",
+        level: Level = "info",
+        value: float | None = None,
+        kind: str = "",
     ) -> None:
         """Write down something that happens now."""
-        self.journal.event(self.clock.now(), self.phases.now, name, text, robot=robot, level=level, value=value)
+        now, phase = self.clock.now(), self.phases.now
+        self.journal.event(now, phase, name, text, robot=robot, level=level, value=value, kind=kind)
 
     def fault(self, name: str, robot: str, text: str) -> None:
         """Write down a fault; it is the drone's note from now on."""
@@ -129,6 +142,12 @@ class Flight:
             for record in (self.lookout.largest_error, self.notes):
                 record.pop(name)
         self.picture = Picture(self.journal.log, plan, self.courses.references, self.clock.now())
+
+    def take_over(self, plan: FlightPlan) -> None:
+        """Fly another plan from its next leg on, in the air; what has been flown is part of it."""
+        self.plan = plan
+        self.courses.take_over(plan.trajectories)
+        self.picture = self.picture.after(plan, self.courses.references, self.clock.now())
 
     # ------------------------------------------------------------------------------------------------ time
 
@@ -351,8 +370,8 @@ class Flight:
         lost = {name: drone.lost for name, drone in self.fleet.items() if drone.lost}
         return Reaction("; ".join(f"{name}: link lost: {why}" for name, why in lost.items())) if lost else None
 
-    def _tell(self, name: str, text: str, robot: str, level: Level, value: float) -> None:
-        self.event(name, text, robot=robot, level=level, value=value)
+    def _tell(self, name: str, text: str, robot: str, level: Level, value: float, kind: str = "") -> None:
+        self.event(name, text, robot=robot, level=level, value=value, kind=kind)
         if level != "info" and robot in self.notes:
             self.notes[robot] = text
 

@@ -56,6 +56,7 @@ class Event:
     robot: str = ""
     level: str = "info"
     value: float | None = None
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -230,6 +231,7 @@ def _events(series: Series | None) -> tuple[Event, ...]:
             robot=text["robot"][i],
             level=text["level"][i],
             value=None if np.isnan(series["value"][i]) else float(series["value"][i]),
+            kind=text["kind"][i],
         )
         for i in range(len(series))
     )

@@ -22,6 +22,7 @@ from deploy.flightlog.mcapfile import McapFile
 from deploy.flightlog.topics import find_topic
 
 PROFILE = "ergoflie-flight"
+ATTACHED = "attached:"  # begins the topic of what is no message but a file
 FORMAT = 1  # raised when readers of the previous format could misread a log
 FLUSH_INTERVAL = 250_000_000  # ns of flight time
 CAPACITY = 100_000  # records waiting for the disk, a few dozen MB at most
@@ -189,7 +190,14 @@ class Recorder:
         # Records of one instant come from several threads; sorting makes their order a property of the flight.
         batch.sort(key=_ORDER)
         channels = self._channels
-        messages = [(when, channels.get(topic) or self._register(topic), data) for when, topic, data in batch]
+        for when, topic, data in batch:
+            if topic.startswith(ATTACHED):
+                self._mcap.attach(topic.removeprefix(ATTACHED), data, when)
+        messages = [
+            (when, channels.get(topic) or self._register(topic), data)
+            for when, topic, data in batch
+            if not topic.startswith(ATTACHED)
+        ]
         dropped = self.dropped
         if dropped > self._reported:
             text = f"the log lost {dropped - self._reported} records: the disk cannot keep up"

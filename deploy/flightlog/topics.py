@@ -129,6 +129,7 @@ TOPICS: tuple[Topic, ...] = (
             Field("name", Kind.TEXT, "", "what kind of event: phase, mission_start, mission_end, …"),
             Field("text", Kind.TEXT, "", "one line for a person"),
             Field("value", Kind.NUMBER, "", "a figure, in the unit the text names"),
+            Field("kind", Kind.TEXT, "", "of events of one name that mean different things (mocap: swap, teleport, …)"),
         ),
         "",
         "flight clock",

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Literal, Self
 
 from deploy.flightlog.encode import NANOSECONDS, log_line, pose_to_json, to_json, vectors_to_json
-from deploy.flightlog.recorder import Recorder
+from deploy.flightlog.recorder import ATTACHED, Recorder
 from deploy.flightlog.topics import find_topic
 
 
@@ -143,16 +143,21 @@ class FlightLog:
         robot: str = "",
         level: Literal["info", "warning", "fault"] = "info",
         value: float | None = None,
+        kind: str = "",
     ) -> None:
         """Something that happened, also as a line of ``/log``; on disk at once."""
         record = {"phase": phase, "robot": robot, "level": level, "name": name, "text": text, "value": value}
         self.write("/log", t, log_line(self._nanoseconds(t), level, robot or phase, text))
-        self.write("/events", t, record)
+        self.write("/events", t, {**record, "kind": kind})
 
     def picture(self, topic: str, t: float, draw: Callable[[int], Mapping[str, object]]) -> None:
         """A message for viewers (``scene.py``), which carries its own time: ``draw`` gets it [ns]."""
         time = self._nanoseconds(t)
         self._put(topic, time, to_json(draw(time)))
+
+    def attach(self, name: str, t: float, data: bytes) -> None:
+        """Embed a file at flight time t [s]; of several of one name, readers take the last."""
+        self._recorder.put((self._nanoseconds(t), ATTACHED + name, data))
 
     # ------------------------------------------------------------------------------------------------ state
 

@@ -243,6 +243,25 @@ def test_an_outlier_is_named_and_is_no_swap(good):
     assert "cf4 0.40 m beside itself for 0.04 s, at 4.0 s" in found.text
 
 
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("swap", "marker swap"),
+        ("teleport", "pose outlier"),
+        ("jump", "frame alignment"),
+        ("frozen", "frozen pose"),
+        ("attitude", "pose outlier"),
+        ("again", None),
+        ("", None),
+    ],
+)
+def test_what_the_gate_kept_back_is_named_by_its_kind_not_by_its_words(good, kind, name):
+    event = Event(BEGIN + 2.0, "mocap", "changed names, repeats one pose", "on mission", "cf1", "warning", 0.3, kind)
+    found = causes(dataclasses.replace(good, events=(*good.events, event, event)))
+    assert list(found) == ([name] if name else [])
+    assert all("changed names, repeats one pose, at 2.0 s" in item.text for item in found.values())
+
+
 def test_everybody_unseen_at_once_is_the_system_and_one_alone_his_markers(good):
     def without(record, robots):
         for robot in robots:

@@ -19,11 +19,11 @@ _TOGETHER = 0.15  # s within which both of a pair jump
 _BACK = 1.0  # s after which an outlier is none any more
 _EXCHANGED, _APART = 0.1, 0.3  # m: on the other's trajectory, and not on one's own
 _LASTING = 0.5  # of the samples of the search
-_KEPT_BACK = {  # in the gate's words
-    "has changed names": "marker swap",
-    "from where it can be": "pose outlier",
-    "frame changed": "frame alignment",
-    "repeats one pose": "frozen pose",
+_KEPT_BACK = {  # by what the gate calls it (mocap.gate.Incident)
+    "swap": "marker swap",
+    "teleport": "pose outlier",
+    "jump": "frame alignment",
+    "frozen": "frozen pose",
     "attitude": "pose outlier",
 }
 _CLEAN = "cover what reflects, mask it in the cameras, or mount markers that cannot be mistaken"
@@ -62,7 +62,7 @@ def _noticed(e: Evidence) -> Iterator[Finding]:
     """What the gate kept from the drones (``mocap.gate``): the poses in the log are what was left. Each kind once."""
     told: set[tuple[str, str]] = set()
     for event in e.record.events:
-        name = next((name for words, name in _KEPT_BACK.items() if words in event.text), None)
+        name = _KEPT_BACK.get(event.kind)
         if event.name != "mocap" or name is None or (name, event.robot) in told:
             continue
         told.add((name, event.robot))
