@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from missions.arrays import Array
+from missions.arrays import Array, frozen
 from planner.ergodic.basis import CosineBasis
 
 
@@ -61,6 +62,13 @@ def weighted_statistics(basis: CosineBasis, points: Array, weights: Array) -> tu
         return Seen(value, np.stack((by_x, by_y), axis=-1))
 
     return c_k, pull
+
+
+@lru_cache(maxsize=16)
+def gauss(count: int) -> tuple[Array, Array]:
+    """Gauss's nodes in (0, 1) and weights that sum to 1, (count,) each; finding them takes longer than using them."""
+    node, weight = np.polynomial.legendre.leggauss(count)
+    return frozen(0.5 * (node + 1.0)), frozen(0.5 * weight)
 
 
 class Seen(NamedTuple):

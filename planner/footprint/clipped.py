@@ -15,7 +15,7 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.ergodic.basis import CosineBasis, Tables
-from planner.footprint.base import Look, step_by_step
+from planner.footprint.base import Look, gauss, step_by_step
 from planner.footprint.outline import Disc
 
 STRIPS = 16  # exact to 1e-3 where a corner cuts strips short, to rounding where only one edge does
@@ -65,9 +65,11 @@ class _Ends(NamedTuple):
     """Ends of all strips on one side, (M, J).
 
     Attributes:
-        tables: cosines and sines there, (n, M·J) each. free: 1 where it is the disc's outline, 0 where the workspace's.
+        v: [m]. tables: cosines and sines there, (n, M·J) each.
+        free: 1 where it is the disc's outline, 0 where it is the workspace's.
     """
 
+    v: Array
     tables: Tables
     free: Array
 
@@ -82,8 +84,7 @@ class _Strips:
     def __init__(self, basis: CosineBasis, axis: int, centre: Array, radius: Array, strips: int) -> None:
         self.axis, self.r = axis, radius[:, None]
         self.across, self.along = (CosineBasis(basis.lower[[d]], basis.upper[[d]], basis.n) for d in (axis, 1 - axis))
-        node, weight = np.polynomial.legendre.leggauss(strips)
-        self.share, self.weight = 0.5 * (node + 1.0), 0.5 * weight  # (J,)
+        self.share, self.weight = gauss(strips)  # (J,)
         c_a, c_b = centre[:, [axis]], centre[:, [1 - axis]]
         self.sine = np.clip(np.array([self.across.lower - c_a, self.across.upper - c_a]) / self.r, -1.0, 1.0)
         theta = np.arcsin(self.sine)  # (2, M, 1): where the disc begins and ends
@@ -93,9 +94,7 @@ class _Strips:
         self.u = _tables(self.across, c_a + self.r * np.sin(self.theta))
         self.left, self.right = self._ends(c_b - self.h), self._ends(c_b + self.h)
         frequency = np.arange(basis.n)[:, None] * np.pi / (self.along.upper - self.along.lower)
-        extent = np.clip(c_b + self.h, self.along.lower, self.along.upper) - np.clip(
-            c_b - self.h, self.along.lower, self.along.upper
-        )
+        extent = self.right.v - self.left.v
         self.V = np.empty_like(self.u.cosine)  # (n, M·J) [m] integrals of the cosines along strips
         self.V[0] = extent.ravel()
         self.V[1:] = (self.right.tables.sine[1:] - self.left.tables.sine[1:]) / frequency[1:]
@@ -106,8 +105,8 @@ class _Strips:
         self.sums: Array = sums if axis == 0 else sums.T
 
     def _ends(self, v: Array) -> _Ends:
-        low, high = self.along.lower, self.along.upper
-        return _Ends(_tables(self.along, np.clip(v, low, high)), ((v > low) & (v < high)).astype(np.float64))
+        inside = np.minimum(np.maximum(v, self.along.lower), self.along.upper)
+        return _Ends(inside, _tables(self.along, inside), (inside == v).astype(np.float64))
 
     def pull(self, G: Array) -> Array:
         """Gradient (M, 3) of Σ G · sums by centre and radius."""

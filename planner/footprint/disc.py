@@ -16,12 +16,13 @@ import numpy as np
 
 from missions.arrays import Array, frozen
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Footprint, Look, step_by_step
+from planner.footprint.base import Footprint, Look, gauss, step_by_step
 from planner.footprint.clipped import ClippedDisc
 from planner.footprint.outline import Disc
 from planner.footprint.polar import PolarFootprint
 
 RINGS = 48  # nodes of the factor's integral where the weight falls with distance: exact to rounding
+FLAT = 1e-7  # least sin θ: at the ends of [−1, 1] derivatives are limits
 NEGLIGIBLE = 1e-13  # Chebyshev coefficients below this change no digit
 
 
@@ -99,8 +100,7 @@ def disc_factor(z: Array, rim: float = 1.0) -> Array:
     if rim == 1.0:
         factor: Array = np.where(z > 0.0, 2.0 * j1(z) / np.where(z > 0.0, z, 1.0), 1.0)
         return factor
-    node, weight = np.polynomial.legendre.leggauss(RINGS)
-    s = 0.5 * (node + 1.0)
+    s, weight = gauss(RINGS)
     density = weight * s * rim ** (s**2)
     weighted: Array = j0(z[..., None] * s) @ density / density.sum()
     return weighted
@@ -130,11 +130,6 @@ def _factors(n: int, side_x: float, side_y: float, rim: float, halvings: int) ->
 
 def _chebyshev(y: Array, degree: int) -> tuple[Array, Array]:
     """T_d(y) and their derivatives, (D, M) each, at y (M,) in [−1, 1]."""
-    T, U = np.ones((max(degree, 2), len(y))), np.ones((max(degree, 2), len(y)))
-    T[1], U[1] = y, 2.0 * y
-    for d in range(2, degree):
-        T[d] = 2.0 * y * T[d - 1] - T[d - 2]
-        U[d] = 2.0 * y * U[d - 1] - U[d - 2]
-    rate = np.zeros_like(T)
-    rate[1:] = np.arange(1, len(T))[:, None] * U[:-1]
-    return T[:degree], rate[:degree]
+    d, theta = np.arange(degree)[:, None], np.arccos(np.clip(y, -1.0, 1.0))
+    sine = np.maximum(np.sin(theta), FLAT)
+    return np.cos(d * theta), d * np.sin(d * theta) / sine

@@ -15,7 +15,7 @@ import numpy as np
 
 from missions.arrays import Array
 from planner.ergodic.basis import CosineBasis
-from planner.footprint.base import Look, Seen, weighted_statistics
+from planner.footprint.base import Look, Seen, gauss, weighted_statistics
 from planner.footprint.outline import Outline
 
 DIRECTIONS, RINGS = 64, 5  # clipped discs are then exact to 2e-3, others to 1e-9
@@ -77,8 +77,7 @@ class PolarFootprint:
         return psi, np.stack((np.cos(psi), np.sin(psi)), axis=-1)
 
     def _samples(self, centre: Array, reach: Array, radius: Array, e: Array) -> _Samples:
-        node, weight = np.polynomial.legendre.leggauss(self.rings)
-        s = 0.5 * (node + 1.0)  # (J,) share of the reach
+        s, weight = gauss(self.rings)  # (J,) share of the reach
         share = s * (reach / radius)[..., None]  # (M, P, J) of the outline's radius
         density = s * weight * reach[..., None] ** 2
         if self.rim < 1.0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -12,10 +12,11 @@ from missions.arrays import Array, frozen
 from missions.information import SeveralMaps, single_maps
 from missions.schema import Mission
 from missions.weights import reweighted
-from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
 from planner.ergodic.target import information_coefficients
 from planner.errors import PlannerError
+from planner.footprint.metric import FootprintMetric
+from planner.indicators import ergodic_metric
 from planner.pareto.dominance import non_dominated
 from planner.pareto.hypervolume import hypervolume
 from planner.pareto.ideal import ideal_vectors
@@ -76,19 +77,18 @@ class Maps:
     """
 
     names: tuple[str, ...]
-    metrics: tuple[ErgodicMetric, ...]
+    metrics: tuple[ErgodicMetric | FootprintMetric, ...]
     prefer: Array
 
     @staticmethod
     def of(mission: Mission) -> Maps:
         """Of a mission."""
-        information, box = mission.information, mission.workspace
-        basis = CosineBasis(np.array(box.lower), np.array(box.upper), mission.basis.functions_per_axis)
+        information, metric = mission.information, ergodic_metric(mission)
         several = information if isinstance(information, SeveralMaps) else None
         names = several.names if several is not None else ("information",)
         prefer = several.shares if several is not None else (1.0,)
-        singles = [information_coefficients(single, basis) for _, single in single_maps(information)]
-        return Maps(names, tuple(ErgodicMetric(basis, phi_k) for phi_k in singles), frozen(np.array(prefer)))
+        singles = [information_coefficients(single, metric.basis) for _, single in single_maps(information)]
+        return Maps(names, tuple(replace(metric, phi_k=phi_k) for phi_k in singles), frozen(np.array(prefer)))
 
     @cached_property
     def distances(self) -> Array:

@@ -10,6 +10,7 @@ from missions.footprint import ConeFootprint
 from missions.loader import parse_mission
 from planner.footprint.metric import FootprintMetric
 from planner.indicators import ergodic_metric
+from planner.pareto.front import Maps
 
 MISSION = """
 schema_version: 1
@@ -70,3 +71,9 @@ def test_footprints_that_are_refused(footprint, says):
 def test_information_in_the_air_is_refused_where_the_floor_is_looked_at():
     with pytest.raises(MissionError, match=r"components\[0\]\.mean: got 3 numbers; allowed: 2, as the floor"):
         read("type: point", "1.0, 1.0, 0.5")
+
+
+def test_maps_of_the_floor_are_told_apart_as_they_are_looked_at():
+    mission = read("type: cone, slope: 0.4")
+    hover = np.tile(np.array([1.5, 1.5, 0.6]), (100, 1, 1))
+    assert Maps.of(mission).vector(hover) == pytest.approx([ergodic_metric(mission).value(hover)])
