@@ -26,6 +26,7 @@ from deploy.phases import Phase
 from deploy.preflight import PreflightReport, check_plan
 from deploy.radio.drone import Drone
 from deploy.radio.fleet import Fleet, FleetError
+from deploy.replanner import Replanner
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
 
@@ -42,6 +43,8 @@ class Equipment:
         operator: who may end the flight.
         observer: told ten times a second how it goes; must return quickly.
         toc_cache: folder for the drones' tables of contents.
+        replanner: who plans anew when the map changes; None: nobody.
+        new_map: a map that somebody has told, as text, once; None: nothing new.
     """
 
     uris: Mapping[str, str]
@@ -51,6 +54,8 @@ class Equipment:
     operator: Operator = Nobody()  # noqa: RUF009 - has no state
     observer: Callable[[FlightStatus], None] | None = None
     toc_cache: Path | None = None
+    replanner: Replanner | None = None
+    new_map: Callable[[], str | None] = lambda: None
 
 
 def fly(flight_plan: FlightPlan, equipment: Equipment) -> FlightOutcome:
@@ -93,7 +98,9 @@ def _flight(flight_plan: FlightPlan, equipment: Equipment) -> Flight:
     if missing := [name for name in names if not uris.get(name)]:
         raise DeployError(f"no link URI for {', '.join(missing)}; give each robot a 'uri' in the mission")
     fleet = Fleet([Drone(name, uris[name], clock, equipment.toc_cache) for name in names], clock)
-    return Flight(flight_plan, fleet, equipment.mocap, clock, equipment.log, equipment.operator, equipment.observer)
+    flight = Flight(flight_plan, fleet, equipment.mocap, clock, equipment.log, equipment.operator, equipment.observer)
+    flight.replanner, flight.new_map = equipment.replanner, equipment.new_map
+    return flight
 
 
 def _fly(flight: Flight) -> FlightOutcome:

@@ -21,6 +21,7 @@ from deploy.radio.simulated.physics.capture import film
 from deploy.radio.simulated.physics.world import World
 from deploy.radio.simulated.positioning import OnboardPositioning
 from deploy.radio.simulated.swarm import SimulatedSwarm
+from deploy.replanner import Replanner
 from deploy.scenario.aftermath import watch_alone
 from deploy.scenario.director import Director
 from deploy.scenario.effects import Props
@@ -159,6 +160,8 @@ def rehearse(
     scenario: Scenario | None = None,
     tap: Callable[[int, str, bytes], None] | None = None,
     witness: Callable[[Stage], None] | None = None,
+    replanner: Replanner | None = None,
+    new_map: Callable[[], str | None] = lambda: None,
 ) -> tuple[FlightOutcome, Path]:
     """Fly a plan on simulated drones, over a radio as the mission says.
 
@@ -172,6 +175,8 @@ def rehearse(
         scenario: what goes wrong; default: nothing.
         tap: is told every record of the log, as ``FlightLog.tap``.
         witness: shown the stage before anybody flies, to see what really happens.
+        replanner: who plans anew when the map changes; None: nobody.
+        new_map: a map that somebody has told, as text, once; None: nothing new.
 
     Returns:
         How it ended, and the log.
@@ -209,7 +214,9 @@ def rehearse(
         try:
             stage.begin()
             who = Either(operator or Nobody(), stage.operator)
-            equipment = Equipment(stage.swarm.uris(), stage.position(), stage.clock, log, who, observer, tables)
+            equipment = Equipment(
+                stage.swarm.uris(), stage.position(), stage.clock, log, who, observer, tables, replanner, new_map
+            )
             outcome = fly(flight_plan, equipment)
         except ProcessKilled as killed:
             if props is None:

@@ -9,11 +9,15 @@ from deploy.radio.memory import TRAJECTORY, MemoryInfo, reading, writing
 from deploy.radio.requests import Conversation
 from planner.certificate.radio import LEGS_ON_THE_GROUND
 from planner.trajectory.encoded import EncodedTrajectory, Leg
+from planner.trajectory.legs import HALF
 
 
-def trajectory_id(number: int) -> int:
-    """Identifier of leg ``number`` (from 0): legs take turns, so that the one that flies is never defined anew."""
-    return 1 + number % 2
+def trajectory_id(number: int, leg: Leg) -> int:
+    """Identifier of leg ``number`` (from 0): legs take turns, so that the one that flies is never defined anew.
+
+    A leg that was planned anew lies beside the one that it may replace, and is defined beside it.
+    """
+    return 1 + number % 2 + 2 * (leg.offset % HALF > 0)
 
 
 def upload(drone: Drone, trajectory: EncodedTrajectory) -> None:
@@ -28,7 +32,7 @@ def upload(drone: Drone, trajectory: EncodedTrajectory) -> None:
     """
     memory = drone.memory(TRAJECTORY)
     for number, leg in enumerate(trajectory.legs[:LEGS_ON_THE_GROUND]):
-        drone.converse(loading(drone.name, memory, leg, trajectory_id(number)))
+        drone.converse(loading(drone.name, memory, leg, trajectory_id(number, leg)))
 
 
 def loading(name: str, memory: MemoryInfo, leg: Leg, identifier: int) -> Conversation[None]:

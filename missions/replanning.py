@@ -96,7 +96,8 @@ def _reread(mission: Mission, information: str) -> Mission:
     begin, end = value.start_mark.index, value.end_mark.index
     after = "" if getattr(value, "flow_style", True) else "\n"  # a block ends where the next key begins
     text = source.text[:begin] + information + after + source.text[end:]
-    return parse_mission(text, path=source.path, read_file=source.files.__getitem__)
+    read = parse_mission(text, path=source.path, read_file=source.files.__getitem__)
+    return dataclasses.replace(mission, information=read.information, source=read.source)  # who stays behind, stays
 
 
 def _plain(record: Any) -> Any:  # noqa: ANN401 - whatever a record holds

@@ -8,9 +8,15 @@ Per robot, leg after leg::
 Whatever does not go as planned ends the mission while everybody still flies or hovers at the end of a leg: a leg that
 is not ready ``READY_BEFORE`` its start, a start that is refused or not heard, a drone that holds although its start was
 accepted. A start is never repeated: a second copy would fly the leg again from its first point.
+
+A leg that was planned anew is offered: it is uploaded the same way, beside the next leg, once that is ready. Whatever
+goes wrong with it ends the offer, not the mission.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from deploy.errors import CommandRefused, DeployError, FlightAborted, LinkError, UploadError
 from deploy.flight.loop import RETRY, TICK, Flight
@@ -24,7 +30,7 @@ from missions.radio import request_rate
 from missions.schema import Mission
 from planner.certificate.radio import LEGS_ON_THE_GROUND
 from planner.certificate.switching import READY_BEFORE, SEEN_AFTER, seen_within
-from planner.trajectory.encoded import EncodedTrajectory
+from planner.trajectory.encoded import EncodedTrajectory, Leg
 from planner.trajectory.timeline import Timeline
 
 _TRIES = 6  # how often an unanswered packet of an upload is sent
@@ -78,6 +84,23 @@ class Talk:
         return True
 
 
+@dataclass
+class Offer:
+    """A leg that may take the next one's place.
+
+    Attributes:
+        number: of the leg. leg: its bytes. since: when it is offered [s, flight clock].
+        upload: under way. ready: whether it was read back equal and defined. failure: why it will not be.
+    """
+
+    number: int
+    leg: Leg
+    since: float
+    upload: Talk | None = None
+    ready: bool = False
+    failure: str = ""
+
+
 class Chain:
     """The legs of one robot.
 
@@ -101,6 +124,7 @@ class Chain:
         self._latency, self._patience = mission.radio.latency, seen_within(mission)
         self._memory = drone.memory(TRAJECTORY)
         self.ready = min(len(self.legs), LEGS_ON_THE_GROUND)  # legs that were read back equal so far
+        self.offer: Offer | None = None
         self._upload: Talk | None = None
         self._starting: Reply | None = None
         self._credit, self._last = 0.0, start
@@ -127,8 +151,10 @@ class Chain:
         following = self.flying + 1
         if self.ready <= following:
             self._load(following, now)
+        elif self.offer is not None and self.offer.number == following:
+            self._load_offer(self.offer, now)
         if now >= self.due(following) - self._latency - 0.5 * TICK:
-            self._starting = self.drone.send(highlevel.start_trajectory(trajectory_id(following)))
+            self._starting = self.drone.send(highlevel.start_trajectory(trajectory_id(following, self.legs[following])))
         return None
 
     def _load(self, number: int, now: float) -> None:
@@ -141,16 +167,46 @@ class Chain:
         if self._upload is None:
             if not self._seen_flying(now):
                 return
-            leg = self.legs[number]
-            self._upload = Talk(self.drone, loading(name, self._memory, leg, trajectory_id(number)))
-            self._credit, self._last = 1.0, now
+            self._upload = self._talk(number, self.legs[number], now)
+        self._carry_on(self._upload, now)
+        if self._upload.over:
+            self._upload, self.ready = None, number + 1
+
+    def _load_offer(self, offer: Offer, now: float) -> None:
+        """The same for a leg that is offered; it may fail."""
+        if offer.ready or offer.failure or now < offer.since:
+            return
+        if offer.upload is None:
+            if not self._seen_flying(now):
+                return
+            offer.upload = self._talk(offer.number, offer.leg, now)
+        try:
+            self._carry_on(offer.upload, now)
+        except (LinkError, UploadError, CommandRefused) as error:
+            offer.failure = str(error)
+            return
+        offer.ready = offer.upload.over
+
+    def _talk(self, number: int, leg: Leg, now: float) -> Talk:
+        self._credit, self._last = 1.0, now
+        return Talk(self.drone, loading(self.drone.name, self._memory, leg, trajectory_id(number, leg)))
+
+    def _carry_on(self, upload: Talk, now: float) -> None:
         # Room for two: a rate a little below one packet a tick must not become one every other tick.
         self._credit = min(2.0, self._credit + (now - self._last) * self._rate)
         self._last = now
-        if self._credit >= 1.0 - 1e-6 and self._upload.step(now):
+        if self._credit >= 1.0 - 1e-6 and upload.step(now):
             self._credit -= 1.0
-        if self._upload.over:
-            self._upload, self.ready = None, number + 1
+
+    def take_over(self, trajectory: EncodedTrajectory) -> None:
+        """From the next leg on, fly what was offered; its first leg is ready."""
+        self.legs, self.offer = trajectory.legs, None
+
+    def withdraw(self) -> None:
+        """Offer nothing any more."""
+        if self.offer is not None and self.offer.upload is not None and not self.offer.upload.over:
+            self.offer.upload.end()
+        self.offer = None
 
     def _seen_flying(self, now: float) -> bool:
         """Whether the drone's own word, from after the start, says that its leg flies: then the other half is free."""
@@ -193,6 +249,7 @@ class Chain:
 
     def end(self) -> None:
         """Wait for no answer any more."""
+        self.withdraw()
         if self._upload is not None:
             self._upload.end()
 
@@ -244,6 +301,36 @@ class Chains:
             for chain in self._chains.values():
                 chain.end()
             raise FlightAborted("; ".join(reasons))
+
+    # ------------------------------------------------------------------------------------------------ planned anew
+
+    def due(self, number: int) -> float:
+        """When a leg of everybody should begin [s, flight clock]."""
+        return max(chain.due(number) for chain in self._chains.values())
+
+    def offer(self, trajectories: Mapping[str, EncodedTrajectory], number: int) -> None:
+        """Have everybody upload a leg that may take the place of leg ``number``, as soon as that is the next one."""
+        now = self._flight.clock.now()
+        for name, chain in self._chains.items():
+            chain.offer = Offer(number, trajectories[name].legs[number], now)
+
+    def unready(self) -> dict[str, str]:
+        """Who has not got what was offered, and why."""
+        return {
+            name: chain.offer.failure if chain.offer is not None and chain.offer.failure else "not uploaded yet"
+            for name, chain in self._chains.items()
+            if chain.offer is None or not chain.offer.ready or not chain.drone.connected
+        }
+
+    def take_over(self, trajectories: Mapping[str, EncodedTrajectory]) -> None:
+        """From the next leg on, everybody flies these."""
+        for name, chain in self._chains.items():
+            chain.take_over(trajectories[name])
+
+    def withdraw(self) -> None:
+        """Nobody is offered anything any more."""
+        for chain in self._chains.values():
+            chain.withdraw()
 
     def _tell(self, name: str, number: int, late: float) -> None:
         flight, chain = self._flight, self._chains[name]

@@ -10,6 +10,7 @@ import numpy as np
 from deploy.flight.legs import Chains
 from deploy.flight.loop import RETRY, Flight
 from deploy.flight.passages import require
+from deploy.flight.replanning import Replanning
 from deploy.flight.timing import heard
 from deploy.flight.touchdown import land_latecomers, land_together, put_to_rest
 from deploy.flight.watch import SEPARATION_SLACK
@@ -36,8 +37,11 @@ def start_together(flight: Flight) -> None:
         FlightAborted: somebody did not start.
     """
     flight.enter(Phase.ON_MISSION)
-    command = highlevel.start_trajectory(trajectory_id(0))
-    replies = {name: drone.send(command) for name, drone in flight.fleet.items()}
+    first = {name: flight.plan.trajectories[name].legs[0] for name in flight.fleet}
+    replies = {
+        name: drone.send(highlevel.start_trajectory(trajectory_id(0, first[name])))
+        for name, drone in flight.fleet.items()
+    }
     sent = [reply.sent for reply in replies.values()]
     _begin(flight, dict.fromkeys(replies, statistics.fmean(sent)))
     flight.wait_until(lambda: all(reply.here for reply in replies.values()), RETRY)
@@ -74,11 +78,13 @@ def _begin(flight: Flight, instants: Mapping[str, float]) -> None:
 
 
 def search(flight: Flight) -> None:
-    """Follow the trajectories to their end, leg by leg, then hover. Raises FlightAborted."""
+    """Follow the trajectories to their end, leg by leg, then hover; plan anew as maps change. Raises FlightAborted."""
     end, chains = flight.courses.search.start + flight.courses.duration, Chains(flight)
+    replanning = Replanning(flight, chains)
     while flight.clock.now() < end - 1e-9:
         flight.tick()
         chains.turn()
+        replanning.turn()
     flight.event("mission_end", "all trajectories ended")
     flight.enter(Phase.HOLDING)
     flight.wait(flight.plan.mission.flight.settle_time)

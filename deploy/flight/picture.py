@@ -47,6 +47,12 @@ class Picture:
         log.picture("/scene/mission", now, lambda time: mission_scene(mission, paths, time))
         log.picture("/scene/drones", now, lambda time: drones_scene(self._names, time))
 
+    def after(self, plan: FlightPlan, references: Mapping[str, PiecewisePolynomial], now: float) -> Picture:
+        """The picture from when another plan is flown: its map and its paths, and what has been covered so far."""
+        other = Picture(self._log, plan, references, now)
+        other._seen, other._statistics = self._seen, self._statistics
+        return other
+
     def show(self, now: float, located: Mapping[str, Located]) -> None:
         """Write where everybody is, and who is within range of whom; ten times a second."""
         places = {name: (seen.pose.position, seen.pose.quaternion) for name, seen in located.items()}
