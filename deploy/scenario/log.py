@@ -23,8 +23,9 @@ class RehearsalLog(FlightLog):
         robot: str = "",
         level: Literal["info", "warning", "fault"] = "info",
         value: float | None = None,
+        kind: str = "",
     ) -> None:
         """Write it down and tell the listener."""
-        super().event(t, name, text, phase=phase, robot=robot, level=level, value=value)
+        super().event(t, name, text, phase=phase, robot=robot, level=level, value=value, kind=kind)
         if self.listener is not None:
             self.listener(t, name, text)
