@@ -18,8 +18,9 @@ from deploy.operator import Word
 HOST = "127.0.0.1"
 WORDS: tuple[Word, ...] = get_args(Word)
 _PREFIX = "ergoflie "
-_LONGEST = 64  # bytes of a line
-_MOST = 4096  # bytes of whatever follows a line that is too long
+_MAP = "map "  # begins what is no word but a map, as JSON in one line
+_LONGEST = 60_000  # bytes of a line
+_PIECE = 4096  # bytes read at a time, and of whatever follows a line that is too long
 _PATIENCE = 2.0  # s for a line, and for an answer
 _POLL = 0.2  # s
 
@@ -29,6 +30,9 @@ class Listener(Protocol):
 
     def say(self, word: Word) -> None:
         """Take a word, from any thread, and return at once."""
+
+    def tell_map(self, text: str) -> None:
+        """Take a map, from any thread, and return at once."""
 
 
 @contextmanager
@@ -64,6 +68,23 @@ def tell(port: int, word: Word) -> str:
     Raises:
         DeployError: nobody listens there, or does not understand.
     """
+    return _said(port, word)
+
+
+def tell_map(port: int, text: str) -> str:
+    """Tell the flight that listens at a port another map, as JSON in one line; returns its answer.
+
+    Whether the map can be flown, the flight says in its events.
+
+    Raises:
+        DeployError: as :func:`tell`, or the map is too long.
+    """
+    if "\n" in text or len(text.encode()) > _LONGEST - 100:
+        raise DeployError(f"a map of {len(text)} characters; allowed: one line of at most {_LONGEST - 100} bytes")
+    return _said(port, _MAP + text)
+
+
+def _said(port: int, word: str) -> str:
     try:
         with socket.create_connection((HOST, port), timeout=_PATIENCE) as link:
             link.sendall(f"{_PREFIX}{word}\n".encode())
@@ -87,7 +108,7 @@ def _serve(server: socket.socket, listener: Listener, over: threading.Event) -> 
             try:
                 link.sendall(_hear(_line(link), listener).encode())
                 link.shutdown(socket.SHUT_WR)
-                link.recv(_MOST)  # closing on what was not read would take the answer back
+                link.recv(_PIECE)  # closing on what was not read would take the answer back
             except OSError:
                 continue  # whoever it was is gone; what was understood counts
 
@@ -97,13 +118,16 @@ def _hear(line: str, listener: Listener) -> str:
         if line == _PREFIX + word:
             listener.say(word)
             return f"ok: {word}\n"
+    if line.startswith(_PREFIX + _MAP):
+        listener.tell_map(line.removeprefix(_PREFIX + _MAP))
+        return "ok: map\n"
     return f"not understood; allowed: {', '.join(_PREFIX + word for word in WORDS)}\n"
 
 
 def _line(link: socket.socket) -> str:
     data = b""
-    while not data.endswith(b"\n") and len(data) < 4 * _LONGEST:
-        piece = link.recv(_LONGEST)
+    while not data.endswith(b"\n") and len(data) < _LONGEST:
+        piece = link.recv(_PIECE)
         if not piece:
             break
         data += piece

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -16,6 +17,7 @@ from deploy.operator import Operator
 from deploy.preflight import PreflightReport
 from deploy.radio.cache import toc_cache
 from deploy.radio.drivers import initialise, require_crazyradio
+from deploy.replanner import Replanner
 from missions.schema import Mission
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
@@ -59,6 +61,8 @@ def fly_hardware(
     operator: Operator,
     observer: Callable[[FlightStatus], None] | None = None,
     tap: Callable[[int, str, bytes], None] | None = None,
+    replanner: Replanner | None = None,
+    new_map: Callable[[], str | None] = lambda: None,
 ) -> tuple[FlightOutcome, Path]:
     """Fly a plan on real drones.
 
@@ -69,6 +73,8 @@ def fly_hardware(
         operator: who may end the flight.
         observer: told ten times a second how it goes.
         tap: is told every record of the log, as ``FlightLog.tap``.
+        replanner: who plans anew when the map changes; None: nobody.
+        new_map: a map that somebody has told, as text, once; None: nothing new.
 
     Returns:
         How it ended, and the log (``<log_path>.part`` if the disk failed meanwhile).
@@ -76,7 +82,11 @@ def fly_hardware(
     Raises:
         LinkError: no radio, or no URIs. DeployError: as ``fly``.
     """
-    return _on_hardware(fly, flight_plan, log_path, mocap, operator, observer, tap)
+
+    def act(plan: FlightPlan, equipment: Equipment) -> FlightOutcome:
+        return fly(plan, replace(equipment, replanner=replanner, new_map=new_map))
+
+    return _on_hardware(act, flight_plan, log_path, mocap, operator, observer, tap)
 
 
 def check_hardware(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -76,6 +77,7 @@ class Interrupts:
     def __init__(self) -> None:
         self._count = 0
         self._hold = self._return = self._stop = False
+        self._maps: deque[str] = deque(maxlen=1)
 
     def request(self) -> None:
         """Land; once more: stop the motors. Safe to call in a signal handler."""
@@ -91,6 +93,17 @@ class Interrupts:
             self._return = True
         else:
             self._stop = True
+
+    def tell_map(self, text: str) -> None:
+        """Say that the information is another, as YAML or JSON; of several maps the last one counts."""
+        self._maps.append(text)
+
+    def new_map(self) -> str | None:
+        """The map that was told, once; None: nothing new."""
+        try:
+            return self._maps.pop()
+        except IndexError:
+            return None
 
     def land_requested(self) -> bool:
         """Whether there was a request."""

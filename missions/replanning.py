@@ -73,13 +73,18 @@ def with_information_text(mission: Mission, text: str) -> Mission:
         ValueError: the mission has no source text.
         MissionError: the text is no map, or does not fit the mission.
     """
+    return _reread(mission, one_line(text))
+
+
+def one_line(text: str, file: str = "") -> str:
+    """YAML of a map as JSON in one line. Raises MissionError."""
     try:
         node = yaml.load(text, Loader=yaml.BaseLoader)  # texts only: the mission's own reader judges them
     except yaml.YAMLError as error:
-        raise MissionError(f"a map that is no YAML: {' '.join(str(error).split())[:100]}") from None
+        raise MissionError(f"a map that is no YAML: {' '.join(str(error).split())[:100]}", file=file) from None
     if not isinstance(node, dict):
-        raise MissionError(f"got {text[:60]!r}; allowed: a mapping, as 'information' in a mission file")
-    return _reread(mission, json.dumps(node))
+        raise MissionError(f"got {text[:60]!r}; allowed: a mapping, as 'information' in a mission file", file=file)
+    return json.dumps(node)
 
 
 def _reread(mission: Mission, information: str) -> Mission:

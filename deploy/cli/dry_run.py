@@ -31,6 +31,12 @@ def add_parser(commands: Subparsers) -> None:
     parser.add_argument(
         "--scenario", metavar="FAULTS", type=Path, help="what goes wrong, when and with whom (.yaml; see README)"
     )
+    parser.add_argument(
+        "--control",
+        metavar="PORT",
+        type=int,
+        help="hear 'ergoflie control' at this port of this computer; words come in wall time: best with --speed 1",
+    )
     live_port(parser)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
     parser.set_defaults(run=run)
@@ -40,6 +46,7 @@ def run(args: argparse.Namespace) -> int:
     """Plan if need be, rehearse, report."""
     from deploy.cli.flying import print_called_off, print_death, print_outcome, watched
     from deploy.cli.planning import plan_mission, print_plan
+    from deploy.cli.replanning import rehearsed
     from deploy.cli.reporting import print_analysis, write_report
     from deploy.errors import FlightAborted, PreflightError
     from deploy.flightlog.reader import read_log
@@ -71,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     dead: HostDied | None = None
     called_off: FlightAborted | FleetError | PreflightError | None = None
     speed = args.speed if args.speed is not None else math.inf if args.live is None else 1.0
-    with watched(flight_plan, live=args.live) as watch:
+    with watched(flight_plan, control=args.control, live=args.live) as watch:
         try:
             outcome, log_path = rehearse(
                 flight_plan,
@@ -82,6 +89,8 @@ def run(args: argparse.Namespace) -> int:
                 observer=watch.observer,
                 tap=watch.tap,
                 scenario=scenario,
+                replanner=rehearsed() if flight_plan.mission.replanning.joints else None,
+                new_map=watch.new_map,
             )
         except HostDied as error:
             dead, log_path = error, part

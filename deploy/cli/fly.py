@@ -48,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     from deploy.cli.console import fail
     from deploy.cli.flying import print_called_off, print_outcome, print_preflight, watched
     from deploy.cli.planning import print_plan
+    from deploy.cli.replanning import beside
     from deploy.cli.reporting import print_analysis, write_report
     from deploy.errors import FlightAborted, PreflightError
     from deploy.flightlog.reader import read_log
@@ -66,11 +67,30 @@ def run(args: argparse.Namespace) -> int:
     log_path = args.output / f"{stamp}_{flight_plan.mission.name}.mcap"
     if args.check_only:
         with watched(flight_plan, live=args.live) as watch:
-            report, _ = check_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
+            report, _ = check_hardware(
+                flight_plan,
+                log_path=log_path,
+                mocap=mocap,
+                operator=watch.operator,
+                observer=watch.observer,
+                tap=watch.tap,
+            )
         return print_preflight(report.checks)
     try:
-        with watched(flight_plan, control=args.control, live=args.live) as watch:
-            outcome, log_path = fly_hardware(flight_plan, log_path=log_path, mocap=mocap, **watch._asdict())
+        with (
+            beside(flight_plan.mission) as replanner,
+            watched(flight_plan, control=args.control, live=args.live) as watch,
+        ):
+            outcome, log_path = fly_hardware(
+                flight_plan,
+                log_path=log_path,
+                mocap=mocap,
+                operator=watch.operator,
+                observer=watch.observer,
+                tap=watch.tap,
+                replanner=replanner,
+                new_map=watch.new_map,
+            )
     except (FlightAborted, FleetError, PreflightError) as error:
         return print_called_off(error)
     print_outcome(outcome)

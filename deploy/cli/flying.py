@@ -26,11 +26,15 @@ KEYS_HINT = "keys: l land, h hold, a abort to the pads, X stop the motors; Ctrl-
 
 
 class Watch(NamedTuple):
-    """Who watches a flight: the operator's voice, the observer, and who is told every record (``FlightLog.tap``)."""
+    """Who watches a flight.
+
+    The operator's voice, the observer, who is told every record (``FlightLog.tap``), and maps that the operator tells.
+    """
 
     operator: Operator
     observer: Callable[[FlightStatus], None]
     tap: Callable[[int, str, bytes], None] | None
+    new_map: Callable[[], str | None]
 
 
 @contextmanager
@@ -66,7 +70,7 @@ def watched(flight_plan: FlightPlan, *, control: int | None = None, live: int | 
             if page is not None:
                 page.frames.show(status)
 
-        yield Watch(operator, observe, page.topics.record if page is not None else None)
+        yield Watch(operator, observe, page.topics.record if page is not None else None, operator.new_map)
 
 
 def live_port(parser: argparse.ArgumentParser) -> None:
