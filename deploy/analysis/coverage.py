@@ -28,6 +28,7 @@ class Coverage:
         planned: of the solver's samples. certified: of the bytes. flown: None if too little was seen of the flight.
         t: (P,) mission time [s]; planned_over_time, certified_over_time, flown_over_time: (P,) E of everything up to
             then; the flown curve is NaN where a robot was not seen (the gap itself is bridged linearly).
+        flown_statistics: (P, n, n) c_k of what was seen of the floor until then; None where robots do not look down.
     """
 
     planned: Indicators
@@ -37,6 +38,7 @@ class Coverage:
     planned_over_time: Array
     certified_over_time: Array
     flown_over_time: Array
+    flown_statistics: Array | None = None
 
 
 def coverage(
@@ -52,7 +54,8 @@ def coverage(
     t = np.arange(mission.steps, dtype=np.float64) * mission.horizon.dt
     nu = mission.dimension
     reference = np.stack([references[robot.name].evaluate(t)[:, :nu] for robot in mission.robots], axis=1)
-    flown, over_time = None, np.full(mission.steps, np.nan)
+    flown = None
+    seen = np.full((mission.steps, *metric.phi_k.shape), np.nan)
     if motion is not None and window is not None:
         bridged = _bridged(*motion.during(window))
         if bridged is not None:
@@ -67,7 +70,7 @@ def coverage(
                 ],
                 axis=1,
             )
-            over_time[until] = _over_time(metric, q)
+            seen[until] = _running(metric, q)
     every = max(1, mission.steps // _POINTS)
     keep = np.arange(every - 1, mission.steps, every)
     return Coverage(
@@ -75,9 +78,10 @@ def coverage(
         certified=certified,
         flown=flown,
         t=frozen(t[keep]),
-        planned_over_time=frozen(_over_time(metric, resample(plan.t, plan.q[..., :nu], t))[keep]),
-        certified_over_time=frozen(_over_time(metric, reference)[keep]),
-        flown_over_time=frozen(over_time[keep]),
+        planned_over_time=frozen(_over_time(metric, _running(metric, resample(plan.t, plan.q[..., :nu], t))[keep])),
+        certified_over_time=frozen(_over_time(metric, _running(metric, reference)[keep])),
+        flown_over_time=frozen(_over_time(metric, seen[keep])),
+        flown_statistics=None if mission.footprint is None else frozen(seen[keep]),
     )
 
 
@@ -93,10 +97,14 @@ def _bridged(t: Array, q: Array) -> tuple[Array, Array] | None:
     return t, out
 
 
-def _over_time(metric: ErgodicMetric | FootprintMetric, q: Array) -> Array:
-    """(T,) E of the first 1, 2, .., T steps of q (T, N, ν); the statistics are running means."""
-    running = metric.statistics_each(q).cumsum(axis=0)
+def _running(metric: ErgodicMetric | FootprintMetric, q: Array) -> Array:
+    """Statistics of the first 1, 2, .., T steps of q (T, N, ν): (T,) + (n,)*ν."""
     count = np.arange(1.0, len(q) + 1.0).reshape(-1, *(1,) * metric.phi_k.ndim)
-    off = running / count - metric.phi_k
-    E: Array = (metric.basis.Lambda_k * off**2).sum(axis=tuple(range(1, off.ndim)))
+    means: Array = metric.statistics_each(q).cumsum(axis=0) / count
+    return means
+
+
+def _over_time(metric: ErgodicMetric | FootprintMetric, c_k: Array) -> Array:
+    """(P,) E of statistics (P,) + (n,)*ν."""
+    E: Array = (metric.basis.Lambda_k * (c_k - metric.phi_k) ** 2).sum(axis=tuple(range(1, c_k.ndim)))
     return E

@@ -33,7 +33,14 @@ const maps = (() => {
   const running = { values: new Float64Array(n * n), count: 0 };
   for (let k = first; k < last; k++) { if ((k - first) % EVERY === 0) kept.push(copy(running)); add(running, k); }
 
+  // Robots that look down: sums over what they saw, worked out beforehand.
+  function seen(t) {
+    const latest = about.seen.t.findLastIndex((until) => until <= t + 1e-6);
+    return t < 0 || latest < 0 ? null : Float64Array.from(about.seen.c[latest]);
+  }
+
   function coefficients(t) {
+    if (about.seen) return seen(t);
     const end = Math.min(last, Math.max(first, Math.floor((t - play.t0) / play.dt + 1e-6) + 1));
     if (end <= first) return null;
     const at = Math.min(kept.length - 1, Math.floor((end - first) / EVERY)), sums = copy(kept[at]);

@@ -23,8 +23,19 @@ def maps_data(analysis: FlightAnalysis) -> dict[str, object]:
         "weights": [float(f"{value:.7g}") for value in _planar(metric.basis.Lambda_k).ravel()],
         "lower": list(box.lower[:2]),
         "upper": list(box.upper[:2]),
-        "planar": mission.dimension == 2,
+        "planar": mission.information_axes == 2,
+        "seen": _seen(analysis),
     }
+
+
+def _seen(analysis: FlightAnalysis) -> dict[str, object] | None:
+    """Mission times [s] and what was seen of the floor until then, where robots look down at it."""
+    covered = analysis.coverage
+    if covered.flown_statistics is None:
+        return None
+    known = np.isfinite(covered.flown_statistics).all(axis=(1, 2))
+    rows = covered.flown_statistics[known].reshape(int(known.sum()), -1)
+    return {"t": covered.t[known].tolist(), "c": [[float(f"{value:.4g}") for value in row] for row in rows]}
 
 
 def _planar(values: Array) -> Array:

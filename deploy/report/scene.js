@@ -134,7 +134,7 @@ const scene = (() => {
   }
 
   // Discs of half the range: those of two robots of one height touch when the robots are within range.
-  function drawFootprints(context, k) {
+  function drawRange(context, k) {
     if (play.range === null || !document.getElementById("show-range").checked) return;
     for (let i = 0; i < N; i++) {
       const p = at(flown, k, i);
@@ -143,6 +143,26 @@ const scene = (() => {
       context.fillStyle = context.strokeStyle = robotColour(i); context.lineWidth = 1;
       path(context, ring, true);
       context.globalAlpha = 0.1; context.fill(); context.globalAlpha = 0.55; context.stroke(); context.globalAlpha = 1;
+    }
+  }
+
+  // What is seen of the floor, as if the drone were level.
+  const OUTLINES = {
+    point: () => [[0, 0]],
+    disc: (sees) => circle(sees.radius),
+    cone: (sees, height) => circle(sees.slope * height),
+    window: ({ slopes: [a, b], yaw }, height) => [[a, b], [-a, b], [-a, -b], [a, -b]].map(([x, y]) => [height * (x * Math.cos(yaw) - y * Math.sin(yaw)), height * (x * Math.sin(yaw) + y * Math.cos(yaw))]),
+  };
+  const circle = (radius) => Array.from({ length: 40 }, (_, s) => [radius * Math.cos(s * Math.PI / 20), radius * Math.sin(s * Math.PI / 20)]);
+  function drawSeen(context, k) {
+    if (!play.sees || !document.getElementById("show-seen").checked) return;
+    for (let i = 0; i < N; i++) {
+      const p = at(flown, k, i);
+      if (!known(p) || p[2] <= 0.1 || focus.dims(i)) continue;
+      const ring = OUTLINES[play.sees.type](play.sees, p[2]).map(([x, y]) => project([p[0] + x, p[1] + y, 0]));
+      context.fillStyle = context.strokeStyle = robotColour(i); context.lineWidth = 1.5;
+      path(context, ring, true);
+      context.globalAlpha = 0.25; context.fill(); context.globalAlpha = 0.8; context.stroke(); context.globalAlpha = 1;
     }
   }
 
@@ -199,7 +219,8 @@ const scene = (() => {
     const depth = ({ ring }) => Math.max(...ring.map(([x, y]) => project([x, y, 0])[2]));
     const behind = play.obstacles.slice().sort((a, b) => depth(b) - depth(a));
     behind.forEach((obstacle) => drawObstacle(context, obstacle));
-    drawFootprints(context, k);
+    drawRange(context, k);
+    drawSeen(context, k);
     drawTrails(context, k);
     drawEdges(context, k);
     drawRobots(context, k);
@@ -227,7 +248,8 @@ const scene = (() => {
   }, { passive: false });
   document.getElementById("reset").addEventListener("click", () => look(HOME));
   document.getElementById("top").addEventListener("click", () => look({ ...HOME, yaw: 0, pitch: Math.PI / 2 }));
-  for (const id of ["show-plan", "show-trails", "show-edges", "show-range"]) document.getElementById(id).addEventListener("change", draw);
+  document.getElementById("show-seen").closest("label").hidden = !play.sees;
+  for (const id of ["show-plan", "show-trails", "show-edges", "show-range", "show-seen"]) document.getElementById(id).addEventListener("change", draw);
 
   const legend = document.getElementById("legend");
   play.robots.forEach((name, i) => {
