@@ -24,7 +24,11 @@ EPOCH = 1_767_225_600.0
 
 
 def mission(
-    duration: float = 12.0, robots: int = 4, name: str = "synthetic", description: str = "four drones"
+    duration: float = 12.0,
+    robots: int = 4,
+    name: str = "synthetic",
+    description: str = "four drones",
+    footprint: str = "null",
 ) -> Mission:
     """A 3 by 2.5 m search with two obstacles."""
     drones = "\n".join(f"  - {{name: cf{i + 1}, start: [{0.5 + 0.7 * i}, 0.3]}}" for i in range(robots))
@@ -33,6 +37,7 @@ name: {name}
 description: {description!r}
 workspace: {{lower: [0.0, 0.0], upper: [3.0, 2.5]}}
 horizon: {{duration: {duration}, dt: 0.1}}
+footprint: {footprint}
 information:
   type: gaussians
   components:

@@ -8,7 +8,7 @@ import pytest
 
 from deploy.analysis.align import mission_window, sample
 from deploy.analysis.analyse import analyse
-from deploy.analysis.coverage import _over_time
+from deploy.analysis.coverage import _over_time, _running
 from deploy.analysis.findings import Level
 from deploy.analysis.tracking import track
 from deploy.errors import LogFileError
@@ -71,7 +71,7 @@ def test_a_flight_without_lag_and_noise_has_the_certified_indicators(logs):
 
 def test_ergodicity_over_time_ends_at_the_ergodicity(plan):
     metric, q = ergodic_metric(plan.mission), plan.plan.q[:-1]
-    curve = _over_time(metric, q)
+    curve = _over_time(metric, _running(metric, q))
     for steps in (1, 37, len(q)):
         assert curve[steps - 1] == pytest.approx(metric.value(q[:steps]), rel=1e-9)
 
@@ -148,6 +148,18 @@ def test_two_drones_too_close_fail(logs):
     analysis = analyse(dataclasses.replace(good, series=series))
     assert "(cf1–cf2" in findings(analysis, Level.FAIL)["separation"]
     assert analysis.separation.smallest == pytest.approx(0.1, abs=1e-6)
+
+
+def test_drones_that_stand_on_the_floor_are_in_nobodys_way(logs):
+    good = logs()
+    series = dict(good.series)
+    for name in ("cf1", "cf2"):  # motion capture sees both in one place
+        pose = series[f"/{name}/pose"]
+        q = np.where((pose.t < 1.0)[:, None], 0.0, pose["position"])
+        series[f"/{name}/pose"] = Series(pose.t, {**pose.columns, "position": q}, pose.texts)
+    analysis = analyse(dataclasses.replace(good, series=series))
+    assert "separation" not in findings(analysis, Level.FAIL)
+    assert analysis.separation.distance.min() == 0.0
 
 
 def test_positions_nobody_saw_are_not_invented():

@@ -15,7 +15,9 @@ from deploy.report.charts.machine import battery, motors
 from deploy.report.charts.motion import tracking
 from deploy.report.charts.search import _count
 from deploy.report.checks import parameters_table
+from deploy.report.maps import maps_data
 from deploy.report.packing import packed
+from deploy.report.playback import playback_data
 from deploy.report.tables import moment, table
 from deploy.report.verdict import diagnoses
 from tests.deploy import synthetic_flight as synthetic
@@ -105,3 +107,19 @@ def test_a_diagnosis_leads_to_its_moment_and_says_what_to_do(flight):
     shown = diagnoses(flight)
     assert f'data-at="{found.t - flight.window.start:.3f}"' in shown
     assert found.remedy in shown
+
+
+def test_maps_show_what_was_seen_of_the_floor(tmp_path):
+    plan = synthetic.flight_plan(duration=6.0, robots=2, footprint="{type: cone, slope: 0.4}")
+    synthetic.write_flight(tmp_path / "flight.mcap", plan, lag=0.0, noise=0.0)
+    analysis = analyse(read_log(tmp_path / "flight.mcap"))
+    maps = maps_data(analysis)
+    assert maps["planar"]
+    off = np.array(maps["seen"]["c"][-1]) - maps["phi"]
+    assert np.sum(maps["weights"] * off**2) == pytest.approx(analysis.coverage.flown.ergodicity, rel=1e-2)
+    assert playback_data(analysis)["sees"] == {"type": "cone", "slope": 0.4, "rim": 1.0, "tilts": False}
+
+
+def test_maps_of_where_robots_were_are_left_to_the_page(flight):
+    assert maps_data(flight)["seen"] is None
+    assert playback_data(flight)["sees"] is None
