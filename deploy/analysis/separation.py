@@ -14,6 +14,8 @@ from missions.fleet import vertical_scale
 from missions.schema import Mission
 from missions.shapes import solid
 
+OFF_THE_FLOOR = 0.1  # m
+
 
 @dataclass(frozen=True)
 class Separation:
@@ -22,7 +24,8 @@ class Separation:
     Attributes:
         t: (S,) flight clock [s]. distance: (S,) smallest of any pair [m], NaN with fewer than two seen; heights
             count as much less as the mission's vertical separation is larger than its separation.
-        smallest: [m]; inf for one robot. pair: who. at: flight clock [s], NaN without data.
+        smallest: of two one of which is off the floor [m]; inf for one robot. pair: who. at: flight clock [s], NaN
+            without data.
         clearance: smallest distance to an obstacle while searching [m], inf without obstacles.
         outside: largest distance of anybody outside the workspace while searching [m], 0 if nobody was.
         outside_robot: who that was.
@@ -43,11 +46,13 @@ def separation(mission: Mission, motion: Motion, search: Array) -> Separation:
     names = [robot.name for robot in mission.robots]
     pairs = list(itertools.combinations(range(len(names)), 2))
     scaled = motion.q * np.array([1.0, 1.0, vertical_scale(mission)])  # downwash: the mission's ellipsoid
+    up = motion.q[..., 2] > OFF_THE_FLOOR
     distance = np.full(len(motion.t), np.nan)
     smallest, who, at = math.inf, ("", ""), math.nan
     for i, j in pairs:
         apart = np.linalg.norm(scaled[:, i] - scaled[:, j], axis=1)
         distance = np.fmin(distance, apart)
+        apart[~(up[:, i] | up[:, j])] = np.nan  # who stands there is in nobody's way, wherever he is seen
         if np.isfinite(apart).any() and np.nanmin(apart) < smallest:
             k = int(np.nanargmin(apart))
             smallest, who, at = float(apart[k]), (names[i], names[j]), float(motion.t[k])

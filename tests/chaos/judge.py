@@ -11,7 +11,7 @@
 4. What fails before take-off keeps everybody on the ground.
 5. The log can be read and is complete (after a kill: up to the kill), holds the fault, and ends in a final phase.
 6. A flight that did not go as planned fails the verdict, and what is said of it names the fault. One that did passes,
-   unless something struck a drone: the verdict sees more than the watch.
+   unless something struck a drone, or by diagnosis alone: the verdict sees more than the watch.
 """
 
 import itertools
@@ -31,6 +31,7 @@ from tests.chaos.faults import AWAY, CUT, FALLS
 HARD = 0.18  # m between centres: 60 % of the mission's separation; propellers touch at 0.14 m
 FALLING = 1.0  # m
 BLIND = 4.0  # s
+MEASURED = ("mission", "landing", "event", "separation", "obstacle", "geofence", "tracking")  # findings of the verdict
 DOWN = 0.05  # m
 FINAL = {phase.value for phase, rule in TABLE.items() if rule.next is None}
 
@@ -177,7 +178,8 @@ def _named(flown):
     ended, level = flown.ended, flown.analysis.verdict.level
     fine = isinstance(ended, FlightOutcome) and ended.completed
     struck = any(_strikes(fault) for fault in flown.case.faults)
-    if fine == (level is Level.FAIL) and not (fine and struck):
+    measured = any(f.level is Level.FAIL and f.name in MEASURED for f in flown.analysis.verdict.findings)
+    if (fine and measured and not struck) or (not fine and level is not Level.FAIL):
         yield f"verdict {level.name} of a flight that is {_word(ended)}"
     if fine or len(flown.case.faults) > 1:
         return

@@ -22,7 +22,7 @@ UP = slice(10, 100)  # in the air
 FAULT = 50  # rows, when something goes wrong
 
 
-def made_up(fault="blink", phase=Phase.ABORTED, reason="cf2: link lost", level=Level.FAIL):
+def made_up(fault="blink", phase=Phase.ABORTED, reason="cf2: link lost", level=Level.FAIL, finding="separation"):
     """Everybody rises, hovers over his pad and lands; the fault happens in between."""
     position = np.zeros((len(T), len(NAMES), 3))
     position[:, :, :2] = [robot.pad for robot in arena().robots]
@@ -34,7 +34,7 @@ def made_up(fault="blink", phase=Phase.ABORTED, reason="cf2: link lost", level=L
         cell(fault, "on mission"),
         FlightOutcome(phase, reason, PreflightReport(), landed=dict.fromkeys(NAMES, True)),
         SimpleNamespace(events=events, complete=True, problems=()),
-        SimpleNamespace(verdict=SimpleNamespace(level=level)),
+        SimpleNamespace(verdict=SimpleNamespace(level=level, findings=[SimpleNamespace(level=level, name=finding)])),
         T,
         position,
         position[:, :, 2] > 0.0,
@@ -117,6 +117,7 @@ def test_what_is_said():
     assert "verdict FAIL of a flight that is completed" in broken(made_up(phase=Phase.LANDED, reason=""))
     assert broken(made_up(phase=Phase.LANDED, reason="", level=Level.WARN)) == ""
     assert broken(made_up("weak motor", phase=Phase.LANDED, reason="")) == ""
+    assert broken(made_up("brief swap", phase=Phase.LANDED, reason="", finding="marker swap")) == ""
     assert "does not say what went wrong" in broken(made_up(reason="cf2 is unhappy"))
     assert "does not say with whom" in broken(made_up(reason="link lost"))
 
