@@ -9,12 +9,11 @@ left of it (FEO, Definition 1). Gradients are those of the quadrature itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from missions.arrays import Array
-from planner.ergodic.basis import CosineBasis, Tables
+from planner.ergodic.basis import CosineBasis
 from planner.footprint.base import Look, gauss, step_by_step
 from planner.footprint.outline import Disc
 
@@ -61,19 +60,6 @@ class ClippedDisc:
         return step_by_step(self, basis, x)
 
 
-class _Ends(NamedTuple):
-    """Ends of all strips on one side, (M, J).
-
-    Attributes:
-        v: [m]. tables: cosines and sines there, (n, M·J) each.
-        free: 1 where it is the disc's outline, 0 where it is the workspace's.
-    """
-
-    v: Array
-    tables: Tables
-    free: Array
-
-
 class _Strips:
     """Strips of M discs: axis ``a`` across them, ``b`` along them.
 
@@ -83,55 +69,56 @@ class _Strips:
 
     def __init__(self, basis: CosineBasis, axis: int, centre: Array, radius: Array, strips: int) -> None:
         self.axis, self.r = axis, radius[:, None]
-        self.across, self.along = (CosineBasis(basis.lower[[d]], basis.upper[[d]], basis.n) for d in (axis, 1 - axis))
         self.share, self.weight = gauss(strips)  # (J,)
+        lower, upper = basis.lower[[axis, 1 - axis]], basis.upper[[axis, 1 - axis]]
+        self.sides = upper - lower  # across, along
         c_a, c_b = centre[:, [axis]], centre[:, [1 - axis]]
-        self.sine = np.clip(np.array([self.across.lower - c_a, self.across.upper - c_a]) / self.r, -1.0, 1.0)
+        self.sine = np.clip(np.array([lower[0] - c_a, upper[0] - c_a]) / self.r, -1.0, 1.0)
         theta = np.arcsin(self.sine)  # (2, M, 1): where the disc begins and ends
         self.span = theta[1] - theta[0]
         self.theta = theta[0] + self.span * self.share  # (M, J)
         self.h = self.r * np.cos(self.theta)
-        self.u = _tables(self.across, c_a + self.r * np.sin(self.theta))
-        self.left, self.right = self._ends(c_b - self.h), self._ends(c_b + self.h)
-        frequency = np.arange(basis.n)[:, None] * np.pi / (self.along.upper - self.along.lower)
-        extent = self.right.v - self.left.v
-        self.V = np.empty_like(self.u.cosine)  # (n, M·J) [m] integrals of the cosines along strips
+        asked = c_b + np.array([-1.0, 1.0])[:, None, None] * self.h
+        ends = np.minimum(np.maximum(asked, lower[1]), upper[1])  # (2, M, J)
+        self.free = (ends == asked).astype(np.float64)  # 1 where it is the disc's outline, 0 where the workspace's
+        u = (c_a + self.r * np.sin(self.theta) - lower[0]) / self.sides[0]
+        self.cosine, self.sines = _tables(basis.n, np.stack((u, *((ends - lower[1]) / self.sides[1]))))
+        extent = ends[1] - ends[0]
+        frequency = np.arange(1, basis.n)[:, None] * np.pi / self.sides[1]
+        self.V = np.empty((basis.n, u.size))  # [m] integrals of the cosines along strips
         self.V[0] = extent.ravel()
-        self.V[1:] = (self.right.tables.sine[1:] - self.left.tables.sine[1:]) / frequency[1:]
+        self.V[1:] = (self.sines[1:, 2] - self.sines[1:, 1]) / frequency
         self.omega = self.h * self.span * self.weight
         self.area = (self.omega * extent).sum(axis=1, keepdims=True)
         self.parts = self.omega / self.area  # (M, J) [1/m]
-        sums = (self.u.cosine * self.parts.ravel()) @ self.V.T
+        sums = (self.cosine[:, 0] * self.parts.ravel()) @ self.V.T
         self.sums: Array = sums if axis == 0 else sums.T
-
-    def _ends(self, v: Array) -> _Ends:
-        inside = np.minimum(np.maximum(v, self.along.lower), self.along.upper)
-        return _Ends(inside, _tables(self.along, inside), (inside == v).astype(np.float64))
 
     def pull(self, G: Array) -> Array:
         """Gradient (M, 3) of Σ G · sums by centre and radius."""
         G = G if self.axis == 0 else G.T
         k = np.arange(len(G), dtype=np.float64)[:, None]
         shape = self.h.shape
-        on_strip = G.T @ self.u.cosine  # (n, M·J) series along a strip
+        on_strip = G.T @ self.cosine[:, 0]  # (n, M·J) series along a strip
         F = np.einsum("bm,bm->m", on_strip, self.V).reshape(shape)
         mean = (self.parts * F).sum(axis=1, keepdims=True)
-        slope = -np.pi / (self.across.upper - self.across.lower)
-        by_u = self.parts * slope * np.einsum("am,am->m", k * self.u.sine, G @ self.V).reshape(shape)
-        ends = [
-            sign * self.parts * end.free * (np.einsum("bm,bm->m", on_strip, end.tables.cosine).reshape(shape) - mean)
-            for sign, end in ((-1.0, self.left), (1.0, self.right))
-        ]
+        by_u = (
+            self.parts
+            * (-np.pi / self.sides[0])
+            * np.einsum("am,am->m", self.sines[:, 0], k * G @ self.V).reshape(shape)
+        )
+        at_ends = np.einsum("bm,bem->em", on_strip, self.cosine[:, 1:]).reshape(2, *shape)
+        by_left, by_right = np.array([-1.0, 1.0])[:, None, None] * self.parts * self.free * (at_ends - mean)
         by_omega = (F - mean * self.V[0].reshape(shape)) / self.area
-        by_h = self.span * self.weight * by_omega + ends[1] - ends[0]
+        by_h = self.span * self.weight * by_omega + by_right - by_left
         by_span = (self.h * self.weight * by_omega).sum(axis=1)
         by_theta = by_u * self.h - by_h * self.r * np.sin(self.theta)
-        at_ends = (by_theta @ (1.0 - self.share) - by_span, by_theta @ self.share + by_span)
+        by_bounds = (by_theta @ (1.0 - self.share) - by_span, by_theta @ self.share + by_span)
         gradient = np.empty((len(self.h), 3))
         gradient[:, self.axis] = by_u.sum(axis=1)
-        gradient[:, 1 - self.axis] = (ends[0] + ends[1]).sum(axis=1)
+        gradient[:, 1 - self.axis] = (by_left + by_right).sum(axis=1)
         gradient[:, 2] = (by_u * np.sin(self.theta) + by_h * np.cos(self.theta)).sum(axis=1)
-        for sine, by_end in zip(self.sine[..., 0], at_ends, strict=True):
+        for sine, by_end in zip(self.sine[..., 0], by_bounds, strict=True):
             cut = np.abs(sine) < 1.0  # else the disc ends before the workspace does
             rate = cut * by_end / (self.r[:, 0] * np.maximum(np.sqrt(1.0 - sine**2), STEEPEST))
             gradient[:, self.axis] -= rate
@@ -139,7 +126,7 @@ class _Strips:
         return gradient
 
 
-def _tables(axis: CosineBasis, points: Array) -> Tables:
-    """Cosines and sines (n, M·J) at points (M, J) [m] of one axis."""
-    cosine, sine = axis.tables(points.reshape(-1, 1))
-    return Tables(cosine[:, 0], sine[:, 0])
+def _tables(n: int, w: Array) -> tuple[Array, Array]:
+    """Cosines and sines (n, 3, M·J) of kπw, w (3, M, J) in [0, 1]."""
+    cosine, sine = CosineBasis(np.zeros(1), np.ones(1), n).tables(w.reshape(-1, 1))
+    return cosine.reshape(n, len(w), -1), sine.reshape(n, len(w), -1)

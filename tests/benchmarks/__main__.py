@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import argparse
 
-from tests.benchmarks import flightlog, library, long_log, pareto, planner, reference, rehearsal, trajectories
+from tests.benchmarks import (
+    flightlog,
+    footprint,
+    library,
+    long_log,
+    pareto,
+    planner,
+    reference,
+    rehearsal,
+    trajectories,
+)
 
 
 def main() -> None:
@@ -20,6 +30,8 @@ def main() -> None:
     pareto.run()
     print()
     library.run()
+    print()
+    footprint.run()
     print()
     rehearsal.run()
     print()

@@ -214,6 +214,17 @@ def test_a_point_has_the_factor_one():
     assert disc_factor(np.array([0.0]), rim=0.5) == pytest.approx([1.0])
 
 
+def test_factors_are_bessel_functions():
+    from scipy.special import j0, j1
+
+    z = np.linspace(0.01, 60.0, 300)
+    np.testing.assert_allclose(disc_factor(z), 2.0 * j1(z) / z, atol=1e-14)
+    s = (np.arange(4000) + 0.5) / 4000
+    weight = s * 0.3 ** (s**2)
+    weighted = j0(z[:, None] * s) @ weight / weight.sum()
+    np.testing.assert_allclose(disc_factor(z, rim=0.3), weighted, atol=2e-6)
+
+
 @pytest.mark.parametrize(
     "make",
     [
