@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from missions.information import GaussianMixtureMap, UniformMap
 if TYPE_CHECKING:
     from missions.schema import Mission
 
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|true|false")
 WrittenMap = GaussianMixtureMap | UniformMap  # a map that is all in the text, with no file beside it
 
 
@@ -77,14 +79,24 @@ def with_information_text(mission: Mission, text: str) -> Mission:
 
 
 def one_line(text: str, file: str = "") -> str:
-    """YAML of a map as JSON in one line. Raises MissionError."""
+    """YAML of a map as a flow mapping in one line. Raises MissionError."""
     try:
-        node = yaml.load(text, Loader=yaml.BaseLoader)  # texts only: the mission's own reader judges them
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         raise MissionError(f"a map that is no YAML: {' '.join(str(error).split())[:100]}", file=file) from None
-    if not isinstance(node, dict):
+    if not isinstance(node, yaml.MappingNode):
         raise MissionError(f"got {text[:60]!r}; allowed: a mapping, as 'information' in a mission file", file=file)
-    return json.dumps(node)
+    return _flow(node)
+
+
+def _flow(node: yaml.Node) -> str:
+    """A node in flow style, numbers as they are written: the mission's own reader judges them."""
+    if isinstance(node, yaml.MappingNode):
+        return "{" + ", ".join(f"{_flow(key)}: {_flow(value)}" for key, value in node.value) + "}"
+    if isinstance(node, yaml.SequenceNode):
+        return "[" + ", ".join(map(_flow, node.value)) + "]"
+    number = node.style is None and _NUMBER.fullmatch(node.value)
+    return str(node.value) if number else json.dumps(node.value)
 
 
 def _reread(mission: Mission, information: str) -> Mission:

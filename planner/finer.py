@@ -18,6 +18,9 @@ from planner.plan import Plan
 
 LONGEST = 0.25  # [s] of a step whose corners are nothing to polynomials
 SMOOTH = 0.7  # fastest cosine mode of fine controls, in modes of the coarse ones
+HALF_WAVES = 1.0  # [1/s] of the fastest mode where pieces are rounded, and none is shorter than 0.4 s
+FEWEST = 10  # modes
+SMOOTHER = 0.75  # modes that are left when what they give shakes too much, rounded
 
 
 def finer(mission: Mission) -> Mission | None:
@@ -37,6 +40,13 @@ def finer(mission: Mission) -> Mission | None:
 def smooth_modes(mission: Mission) -> int:
     """Modes that controls on the finer grid are made of."""
     return max(1, round(SMOOTH * mission.steps))
+
+
+def joint_modes(mission: Mission) -> int | None:
+    """Modes of controls that are flown in rounded pieces from joint to joint; None if the mission has no joints."""
+    if not mission.replanning.joints:
+        return None
+    return max(FEWEST, round(HALF_WAVES * mission.horizon.duration))
 
 
 def at_steps(plan: Plan, mission: Mission) -> Plan:

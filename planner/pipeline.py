@@ -21,7 +21,7 @@ from planner.certificate.record import Certificate, Check
 from planner.certificate.switching import switches
 from planner.errors import CertificateFailed, NoFeasiblePlan, NotFlyableError, PlannerError
 from planner.feasibility import check_feasible
-from planner.finer import at_steps, finer, smooth_modes
+from planner.finer import FEWEST, SMOOTHER, at_steps, finer, joint_modes, smooth_modes
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
 from planner.problem import Margins, Problem, build_problem
@@ -99,7 +99,7 @@ def make_flight_plan(
     plan_approach(mission, fleet.in_space(mission, fleet.starts(mission)))  # before the search is: it takes no time
     if initial is not None and (as_it_is := _certified(mission, initial)) is not None:
         return as_it_is
-    ask, settings = Ask(mission, Margins()), replace(mission.solver, method="fast")
+    ask, settings = Ask(mission, Margins(), joint_modes(mission)), replace(mission.solver, method="fast")
     if mission.solver.method != "fast" and initial is None:
         reference = solve(ask.problem(), mission.solver, progress=progress, should_stop=should_stop)
         initial = reference.plan
@@ -155,6 +155,8 @@ def _tightened(mission: Mission, ask: Ask, attempt: Attempt) -> Ask:
     if "switch jump" in missed:
         missed -= {"switch jump", "upload in flight"}  # robots that slow down there get other legs
     unguarded = not missed <= _GUARDS.keys()
+    if unguarded and mission.replanning.joints and ask.modes is not None:
+        return replace(ask, modes=max(FEWEST, round(SMOOTHER * ask.modes)))
     if unguarded and (ask.modes is not None or finer(mission) is None):
         raise CertificateFailed(attempt.certificate)
     if unguarded:

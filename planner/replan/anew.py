@@ -17,6 +17,7 @@ from missions.arrays import Array
 from missions.schema import Mission
 from planner.certificate.certify import certify
 from planner.errors import CertificateFailed, NoFeasiblePlan, PlannerError
+from planner.finer import FEWEST, HALF_WAVES, SMOOTHER
 from planner.flightplan import FlightPlan
 from planner.margins import Margins, SlowPoint
 from planner.pipeline import STIFFER, grown, versions
@@ -63,6 +64,7 @@ def planned_anew(
     history: bool = True,
     effort: Effort = DEFAULT,
     margins: Margins | None = None,
+    modes: int | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> Plan:
     """A plan that is the old one up to a step, and a new one for the mission's map from there.
@@ -75,6 +77,7 @@ def planned_anew(
         history: whether what has been flown counts; not with a map from which it was taken off (:func:`consumed`).
         effort: how hard to search.
         margins: how much tighter than the mission to plan.
+        modes: of the controls, at most; None: as many as the solver takes.
         should_stop: asked before every iteration; True ends the search with the best so far.
 
     Returns:
@@ -89,7 +92,7 @@ def planned_anew(
     if start is None:
         start = np.stack([plan.q[step], plan.v[step], plan.u[max(step - 1, 0)] * (step > 0)], axis=-1)
     flown = plan.q[:step] if history else None
-    rest, problem = rest_problem(mission, step, start, flown, margins or Margins())
+    rest, problem = rest_problem(mission, step, start, flown, margins or Margins(), modes)
     settings = replace(rest.solver, time_limit=effort.time_limit)
     schedule = al.Schedule(penalty=effort.penalty, rounds=effort.rounds)
     search = Search(problem, settings, schedule, None, should_stop)
@@ -139,9 +142,17 @@ def replan(
     states = np.stack([_end(polynomial, mission.dimension) for polynomial in flown.values()])  # (N, ν, 4)
     step = round(joints[joint] / mission.horizon.dt)
     margins, plan = _margins(mission), current.plan
+    modes = max(FEWEST, round(HALF_WAVES * (mission.horizon.duration - joints[joint])))
     for _ in range(ATTEMPTS):
         plan = planned_anew(
-            mission, plan, step, start=states[..., :3], effort=effort, margins=margins, should_stop=should_stop
+            mission,
+            plan,
+            step,
+            start=states[..., :3],
+            effort=effort,
+            margins=margins,
+            modes=modes,
+            should_stop=should_stop,
         )
         try:
             found = _certified(current, mission, plan, joint, flown, states)
@@ -152,7 +163,9 @@ def replan(
         if found.certificate.passed:
             return found
         failure = CertificateFailed(found.certificate)
-        margins = grown(margins, found.certificate)
+        margins, before = grown(margins, found.certificate), margins
+        if margins == before:  # no margin guards what is missed: it shakes
+            modes = max(FEWEST, round(SMOOTHER * modes))
     raise failure
 
 

@@ -26,10 +26,6 @@ from planner.indicators import ergodic_metric
 from planner.margins import Margins, SlowPoint
 from planner.problem import Problem, build_problem
 
-# [1/s] half waves of the fastest cosine mode, and how many modes there are at least: what takes over in motion, in
-# rounded pieces of half a second or more, has to be followed from its first moment.
-FASTEST_MODE, FEWEST_MODES = 1.0, 10
-
 
 def rest_of(mission: Mission, step: int, q: Array) -> Mission:
     """The mission from a step on, robots starting at q (N, ν) [m]; its text is no longer what it says.
@@ -49,7 +45,7 @@ def rest_of(mission: Mission, step: int, q: Array) -> Mission:
 
 
 def rest_problem(
-    mission: Mission, step: int, start: Array, flown: Array | None, margins: Margins
+    mission: Mission, step: int, start: Array, flown: Array | None, margins: Margins, modes: int | None = None
 ) -> tuple[Mission, Problem]:
     """The rest, and how it is searched.
 
@@ -59,12 +55,12 @@ def rest_problem(
         start: (N, ν, 3) position [m], velocity [m/s] and acceleration [m/s²] there.
         flown: (step, N, ν) positions so far, which count; None: they do not.
         margins: how much tighter than the mission the rest is planned.
+        modes: of the controls, at most; None: as many as the solver takes.
 
     Raises:
         PlannerError: dynamics or a metric that this cannot be done for.
     """
     rest = rest_of(mission, step, start[..., 0])
-    modes = max(FEWEST_MODES, round(rest.horizon.duration * FASTEST_MODE))
     problem = build_problem(rest, _later(margins, step * mission.horizon.dt), coarse=False, modes=modes)
     dynamics, metric = problem.dynamics, problem.metric
     if not isinstance(dynamics, DoubleIntegrator) or not isinstance(metric, ErgodicMetric):
