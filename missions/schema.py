@@ -143,6 +143,7 @@ class Robot:
         items=(2, 3),
     )
     limits: RobotLimits = field("where it differs from the mission's limits", default=RobotLimits())
+    footprint: Footprint | None = field("what it sees of the floor; default: the mission's footprint", default=None)
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
     decks: tuple[DeckName, ...] = field(
         "expansion decks on it, which it has to find before it flies; what else it carries does not matter",
@@ -233,6 +234,13 @@ class Mission:
     def dimension(self) -> int:
         """ν: 2 or 3 axes are planned."""
         return len(self.workspace.lower)
+
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """What each robot sees of the floor; empty where robots do not look down at it."""
+        if self.footprint is None:
+            return ()
+        return tuple(self.footprint if robot.footprint is None else robot.footprint for robot in self.robots)
 
     @property
     def information_axes(self) -> int:

@@ -23,6 +23,10 @@ def check_information(mission: Mission, error: ErrorAt) -> None:
     Raises:
         MissionError: the first thing found wrong.
     """
+    for i, robot in enumerate(mission.robots):
+        if robot.footprint is not None and mission.footprint is None:
+            reason = "got a robot's own where the mission has none; allowed: beside a footprint of the mission"
+            raise error(reason, f"robots[{i}].footprint")
     for where, single in single_maps(mission.information):
         if isinstance(single, GaussianMixtureMap):
             for i, component in enumerate(single.components):

@@ -40,9 +40,9 @@ def ergodic_metric(mission: Mission) -> ErgodicMetric | FootprintMetric:
     phi_k = information_coefficients(mission.information, basis)
     if mission.footprint is None:
         return ErgodicMetric(basis, phi_k)
-    footprint = footprint_of(mission.footprint, mission.horizon.dt)
+    footprints = tuple(footprint_of(footprint, mission.horizon.dt) for footprint in mission.footprints)
     altitude = fleet.altitudes(mission) if mission.dimension == 2 else None
-    return FootprintMetric(basis, phi_k, (footprint,) * len(mission.robots), altitude=altitude)
+    return FootprintMetric(basis, phi_k, footprints, altitude=altitude)
 
 
 def indicators(mission: Mission, t: Array, q: Array, contacts: Sequence[Contact] | None = None) -> Indicators:

@@ -56,7 +56,7 @@ def stage_data(mission: Mission) -> dict[str, object]:
         "lower": [*lower[:2], lower[2] if len(lower) == 3 else 0.0],
         "upper": [*upper[:2], upper[2] if len(upper) == 3 else altitude],
         "range": mission.connectivity.range,
-        "sees": None if mission.footprint is None else dataclasses.asdict(mission.footprint),
+        "sees": [dataclasses.asdict(footprint) for footprint in mission.footprints],
         "altitude": altitude,
         "obstacles": [_obstacle(obstacle) for obstacle in mission.obstacles],
         "heat": heat_image(mission),

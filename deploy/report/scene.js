@@ -155,11 +155,11 @@ const scene = (() => {
   };
   const circle = (radius) => Array.from({ length: 40 }, (_, s) => [radius * Math.cos(s * Math.PI / 20), radius * Math.sin(s * Math.PI / 20)]);
   function drawSeen(context, k) {
-    if (!play.sees || !document.getElementById("show-seen").checked) return;
+    if (!play.sees.length || !document.getElementById("show-seen").checked) return;
     for (let i = 0; i < N; i++) {
       const p = at(flown, k, i);
       if (!known(p) || p[2] <= 0.1 || focus.dims(i)) continue;
-      const ring = OUTLINES[play.sees.type](play.sees, p[2]).map(([x, y]) => project([p[0] + x, p[1] + y, 0]));
+      const ring = OUTLINES[play.sees[i].type](play.sees[i], p[2]).map(([x, y]) => project([p[0] + x, p[1] + y, 0]));
       context.fillStyle = context.strokeStyle = robotColour(i); context.lineWidth = 1.5;
       path(context, ring, true);
       context.globalAlpha = 0.25; context.fill(); context.globalAlpha = 0.8; context.stroke(); context.globalAlpha = 1;
@@ -248,7 +248,7 @@ const scene = (() => {
   }, { passive: false });
   document.getElementById("reset").addEventListener("click", () => look(HOME));
   document.getElementById("top").addEventListener("click", () => look({ ...HOME, yaw: 0, pitch: Math.PI / 2 }));
-  document.getElementById("show-seen").closest("label").hidden = !play.sees;
+  document.getElementById("show-seen").closest("label").hidden = !play.sees.length;
   for (const id of ["show-plan", "show-trails", "show-edges", "show-range", "show-seen"]) document.getElementById(id).addEventListener("change", draw);
 
   const legend = document.getElementById("legend");

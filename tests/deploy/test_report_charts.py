@@ -117,9 +117,9 @@ def test_maps_show_what_was_seen_of_the_floor(tmp_path):
     assert maps["planar"]
     off = np.array(maps["seen"]["c"][-1]) - maps["phi"]
     assert np.sum(maps["weights"] * off**2) == pytest.approx(analysis.coverage.flown.ergodicity, rel=1e-2)
-    assert playback_data(analysis)["sees"] == {"type": "cone", "slope": 0.4, "rim": 1.0, "tilts": False}
+    assert playback_data(analysis)["sees"] == [{"type": "cone", "slope": 0.4, "rim": 1.0, "tilts": False}] * 2
 
 
 def test_maps_of_where_robots_were_are_left_to_the_page(flight):
     assert maps_data(flight)["seen"] is None
-    assert playback_data(flight)["sees"] is None
+    assert playback_data(flight)["sees"] == []

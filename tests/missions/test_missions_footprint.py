@@ -77,3 +77,26 @@ def test_maps_of_the_floor_are_told_apart_as_they_are_looked_at():
     mission = read("type: cone, slope: 0.4")
     hover = np.tile(np.array([1.5, 1.5, 0.6]), (100, 1, 1))
     assert Maps.of(mission).vector(hover) == pytest.approx([ergodic_metric(mission).value(hover)])
+
+
+def two(own: str, whose: str = "{type: disc, radius: 0.2}"):
+    text = MISSION.replace("{FOOTPRINT}", whose).replace("MEAN", "1.0, 1.0")
+    robots = "[{name: cf1, start: [1.0, 1.5, 0.6]}, {name: cf2, start: [2.0, 1.5, 0.6], footprint: OWN}]"
+    text = text.replace("[{name: cf1, start: [1.5, 1.5, 0.6]}]", robots.replace("OWN", own))
+    return parse_mission(text, path="m.yaml", read_file=bytes)
+
+
+def test_a_robot_may_see_what_others_do_not():
+    mission = two("{type: cone, slope: 0.4}")
+    metric, q = ergodic_metric(mission), np.tile(np.array([[1.0, 1.5, 0.6], [2.0, 1.5, 0.6]]), (100, 1, 1))
+    assert [footprint.type for footprint in mission.footprints] == ["disc", "cone"]
+    alone = [read("type: disc, radius: 0.2"), read("type: cone, slope: 0.4")]
+    seen = [ergodic_metric(mission).statistics(q[:, [i]]) for i, mission in enumerate(alone)]
+    np.testing.assert_allclose(metric.statistics(q), 0.5 * (seen[0] + seen[1]), atol=1e-12)
+
+
+def test_a_robot_sees_the_floor_only_where_the_mission_is_about_the_floor():
+    with pytest.raises(
+        MissionError, match=r"m.yaml:.*: robots\[1\].footprint: got a robot's own where the mission has"
+    ):
+        two("{type: cone, slope: 0.4}", whose="null")
