@@ -95,7 +95,7 @@ def _flow(node: yaml.Node) -> str:
         return "{" + ", ".join(f"{_flow(key)}: {_flow(value)}" for key, value in node.value) + "}"
     if isinstance(node, yaml.SequenceNode):
         return "[" + ", ".join(map(_flow, node.value)) + "]"
-    number = node.style is None and _NUMBER.fullmatch(node.value)
+    number = getattr(node, "style", None) is None and _NUMBER.fullmatch(node.value)
     return str(node.value) if number else json.dumps(node.value)
 
 

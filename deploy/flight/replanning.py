@@ -69,6 +69,7 @@ class Replanning:
         self._changes = list(flight.plan.mission.replanning.changes)
         self._work: _Work | None = None
         self._offered: _Offered | None = None
+        self._told = False  # that everybody has what is offered
 
     def turn(self) -> None:
         """Do what is due; call it after every tick."""
@@ -140,6 +141,7 @@ class Replanning:
         )
         self._flight.event("replanned", text, value=after)
         self._chains.offer(plan.trajectories, work.joint + 1)
+        self._told = False
         self._offered = _Offered(plan, work.joint, work.before, files)
 
     # ------------------------------------------------------------------------------------------------ at the joint
@@ -147,6 +149,9 @@ class Replanning:
     def _decide(self, offered: _Offered, now: float) -> None:
         """Half a second before the joint: everybody or nobody."""
         number, flight = offered.joint + 1, self._flight
+        if not self._told and not self._chains.unready():
+            self._told, ahead = True, self._chains.due(number) - now
+            flight.event("replan_uploaded", f"all have it, {ahead:.1f} s before joint {number}", value=ahead)
         if now < self._chains.due(number) - READY_BEFORE:
             return
         self._offered = None

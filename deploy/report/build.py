@@ -12,6 +12,7 @@ from deploy.report.delays import delays_table
 from deploy.report.maps import maps_data
 from deploy.report.page import fill
 from deploy.report.playback import playback_data
+from deploy.report.replans import replans_table
 from deploy.report.switches import switches_table
 from deploy.report.verdict import diagnoses, verdict
 
@@ -35,7 +36,10 @@ def build_report(analysis: FlightAnalysis) -> str:
         indicators=sections.indicators_table(analysis),
         probabilities=sections.probability_table(analysis),
         forwarding=sections.forwarding_table(analysis),
-        robots_table=sections.robots_table(analysis) + delays_table(analysis) + switches_table(analysis),
+        robots_table=sections.robots_table(analysis)
+        + delays_table(analysis)
+        + switches_table(analysis)
+        + replans_table(analysis),
         certificate=sections.certificate_table(analysis),
         preflight=preflight_table(analysis),
         parameters=parameters_table(analysis),

@@ -1,4 +1,4 @@
-// The map, what the flight made of it up to the cursor, and the difference: all in the metric's own cosine basis.
+// The map as given, as the metric sees it, what the flight made of it up to the cursor, and the difference: all in the metric's own cosine basis.
 
 const maps = (() => {
   const about = data.maps;
@@ -90,8 +90,19 @@ const maps = (() => {
     return [r, g, b, 255 * Math.min(1, Math.abs(v)) * 0.9];
   }
 
+  // The map as it was given, at the same cells as its reconstruction beside it; its own brightness, not a density.
+  const given = (() => {
+    const { width, height, data: text } = play.heat, bytes = atob(text), out = new Float64Array(columns * rows);
+    for (let x = 0; x < columns; x++) for (let y = 0; y < rows; y++) {
+      const cell = Math.floor((y + 0.5) / rows * height) * width + Math.floor((x + 0.5) / columns * width);
+      out[y * columns + x] = top * bytes.charCodeAt(cell) / 255;
+    }
+    return out;
+  })();
+
   function draw() {
     const c = coefficients(cursor.t), made = c && density(c);
+    paint("map-given", given, tint("heat"));
     paint("map-wanted", wanted, tint("heat"));
     paint("map-flown", made, tint("heat"));
     paint("map-difference", made && made.map((v, k) => v - wanted[k]), signed);

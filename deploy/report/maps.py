@@ -1,4 +1,4 @@
-"""Data for the three maps side by side: what was to be searched, what was, and the difference."""
+"""Data for the maps side by side: what was to be searched, what was, and the difference."""
 
 from __future__ import annotations
 

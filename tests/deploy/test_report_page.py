@@ -199,7 +199,7 @@ def test_page_lives_in_a_browser(flight, page, tmp_path, width):
         assert points > 0, name
         assert colours > 5, name
     assert witness["scene"] > 50
-    assert min(witness["maps"][:2]) > 20
+    assert min(witness["maps"][:3]) > 20
     assert witness["ergodicity"] == pytest.approx(flight.coverage.flown.ergodicity, rel=0.05)
     laid_out(witness, width)
     assert witness["width"] <= max(width, 500)  # nothing sticks out sideways

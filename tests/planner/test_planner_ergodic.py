@@ -7,6 +7,8 @@ from missions.schema import ArrayMap, Gaussian, UniformMap
 from planner.ergodic import target
 from planner.ergodic.basis import CosineBasis
 from planner.ergodic.metric import ErgodicMetric
+from planner.ergodic.panels import panels
+from planner.ergodic.target import cell_density
 from planner.errors import PlannerError
 from planner.indicators import ergodic_metric
 from tests.planner.problems import imec, notebook
@@ -115,3 +117,18 @@ def test_weights_are_shares_of_the_information_whatever_the_covariance():
 def test_a_density_that_is_none_is_refused(density):
     with pytest.raises(PlannerError):
         target.cell_density(density, CosineBasis(np.zeros(2), np.ones(2)))
+
+
+@pytest.mark.parametrize("nu", [2, 3])
+def test_four_panels_show_map_coefficients_trajectory_and_difference(nu):
+    """A map of one basis function is kept as it is; a reconstruction has the coefficients that it was made of."""
+    basis = CosineBasis(np.zeros(nu), np.full(nu, 2.0), 4)
+    w = [(np.arange(40) + 0.5) / 40] * nu
+    density = 1.0 + 0.8 * np.cos(np.pi * 2 * w[0]).reshape(-1, *[1] * (nu - 1)) * np.ones((40,) * nu)
+    metric = ErgodicMetric(basis, cell_density(density, basis))
+    q = np.random.default_rng(0).uniform(0.0, 2.0, (50, 2, nu))
+    shown = panels(metric, q, density, cells=40)
+    assert np.allclose(shown.given, density / density.mean())
+    assert np.allclose(shown.kept, shown.given, atol=1e-9)
+    assert np.allclose(cell_density(shown.made + 10.0, basis).ravel()[1:] * 11.0, metric.statistics(q).ravel()[1:])
+    assert np.allclose(shown.difference, shown.kept - shown.made)
