@@ -20,6 +20,7 @@ from deploy.flight.loop import EmergencyStop, Flight
 from deploy.flight.muster import Muster
 from deploy.flight.reactions import Reaction
 from deploy.flight.records import FlightOutcome, FlightStatus
+from deploy.flight.status import status_of
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Nobody, Operator
 from deploy.phases import Phase
@@ -98,7 +99,9 @@ def _flight(flight_plan: FlightPlan, equipment: Equipment) -> Flight:
     if missing := [name for name in names if not uris.get(name)]:
         raise DeployError(f"no link URI for {', '.join(missing)}; give each robot a 'uri' in the mission")
     fleet = Fleet([Drone(name, uris[name], clock, equipment.toc_cache) for name in names], clock)
-    flight = Flight(flight_plan, fleet, equipment.mocap, clock, equipment.log, equipment.operator, equipment.observer)
+    told = equipment.observer
+    observer = None if told is None else lambda flight: told(status_of(flight))
+    flight = Flight(flight_plan, fleet, equipment.mocap, clock, equipment.log, equipment.operator, observer)
     flight.replanner, flight.new_map = equipment.replanner, equipment.new_map
     return flight
 

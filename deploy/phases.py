@@ -45,10 +45,12 @@ class Rule:
 
     Attributes:
         entry: what has to be true of every drone that flies to enter the phase.
-        allowance: how long the phase may last beyond what the flight plan itself takes [s].
+        allowance: how long the phase may last beyond what the flight plan itself takes [s]. On the ground every try of
+            a step may last so long, when a flight ends early every part of that.
         next: the phase after it when all goes well; None at the end.
         otherwise: the phase when a drone misses the entry of the next one, or the operator says so; None at the end.
         failing: what happens with a drone that fails in the phase; empty at the end.
+        late: what happens when its time is up; empty at the end.
     """
 
     entry: str
@@ -56,31 +58,56 @@ class Rule:
     next: Phase | None
     otherwise: Phase | None
     failing: str = ""
+    late: str = ""
 
 
 P = Phase
 AGAIN = "tried again, then left behind (`min_robots`), else nobody flies"
 POLICY = "the mission's policy for what is found; by default all land"
+EXCLUDED = "who is late has failed"
+LAND = "all land"
 TABLE: Mapping[Phase, Rule] = MappingProxyType(
     {
-        P.IDLE: Rule("the certificate passes and is for these bytes", 60.0, P.CONNECTED, P.CANCELLED, AGAIN),
-        P.CONNECTED: Rule("link up, parameters read back, telemetry runs", 20.0, P.CHECKED, P.CANCELLED, AGAIN),
-        P.CHECKED: Rule("estimator settled, every pre-flight check passed", 60.0, P.UPLOADED, P.CANCELLED, AGAIN),
-        P.UPLOADED: Rule("memory read back equal, trajectory defined", 5.0, P.ARMED, P.CANCELLED, AGAIN),
-        P.ARMED: Rule("every check passed once more, supervisor armed", 2.0, P.TAKING_OFF, P.CANCELLED, "nobody flies"),
-        P.TAKING_OFF: Rule("every supervisor ready; take-off is commanded", 2.0, P.TRANSFERRING, P.ABORTING, POLICY),
-        P.TRANSFERRING: Rule("pose within 15 cm of the altitude", 2.0, P.SETTLING, P.ABORTING, POLICY),
-        P.SETTLING: Rule("transfer time is over", 5.0, P.ON_MISSION, P.ABORTING, POLICY),
-        P.ON_MISSION: Rule(
-            "pose within 10 cm of the start; all trajectories are started", 0.5, P.HOLDING, P.ABORTING, POLICY
+        P.IDLE: Rule("the certificate passes and is for these bytes", 75.0, P.CONNECTED, P.CANCELLED, AGAIN, EXCLUDED),
+        P.CONNECTED: Rule(
+            "link up, parameters read back, telemetry runs", 25.0, P.CHECKED, P.CANCELLED, AGAIN, "the checks say who"
         ),
-        P.HOLDING: Rule("trajectory time is over", 2.0, P.RETURNING, P.ABORTING, POLICY),
-        P.RETURNING: Rule("hover time is over", 5.0, P.LANDING, P.ABORTING, POLICY),
-        P.LANDING: Rule("moves back are over; landing is commanded", 8.0, P.LANDED, P.ABORTED, "the others land"),
+        P.CHECKED: Rule(
+            "estimator settled, every pre-flight check passed", 60.0, P.UPLOADED, P.CANCELLED, AGAIN, EXCLUDED
+        ),
+        P.UPLOADED: Rule("memory read back equal, trajectory defined", 5.0, P.ARMED, P.CANCELLED, AGAIN, EXCLUDED),
+        P.ARMED: Rule(
+            "every check passed once more, supervisor armed",
+            2.0,
+            P.TAKING_OFF,
+            P.CANCELLED,
+            "nobody flies",
+            "nobody flies",
+        ),
+        P.TAKING_OFF: Rule(
+            "every supervisor ready; take-off is commanded", 3.0, P.TRANSFERRING, P.ABORTING, POLICY, LAND
+        ),
+        P.TRANSFERRING: Rule("pose within 15 cm of the altitude", 2.0, P.SETTLING, P.ABORTING, POLICY, LAND),
+        P.SETTLING: Rule("transfer time is over", 5.0, P.ON_MISSION, P.ABORTING, POLICY, LAND),
+        P.ON_MISSION: Rule(
+            "pose within 10 cm of the start; all trajectories are started", 0.5, P.HOLDING, P.ABORTING, POLICY, LAND
+        ),
+        P.HOLDING: Rule("trajectory time is over", 2.0, P.RETURNING, P.ABORTING, POLICY, LAND),
+        P.RETURNING: Rule(
+            "hover time is over", 5.0, P.LANDING, P.ABORTING, POLICY, "a warning: they land where they are"
+        ),
+        P.LANDING: Rule(
+            "moves back are over; landing is commanded", 8.0, P.LANDED, P.ABORTED, "the others land", "a fault"
+        ),
         P.LANDED: Rule("supervisor says not flying", 0.0, None, None),
         P.CANCELLED: Rule("nobody has left the ground", 0.0, None, None),
         P.ABORTING: Rule(
-            "a limit, a lost drone, a refusal or the operator", 20.0, P.ABORTED, P.ABORTED, "the others land"
+            "a limit, a lost drone, a refusal or the operator",
+            20.0,
+            P.ABORTED,
+            P.ABORTED,
+            "what is worse than what is being done changes it",
+            "all land at once where they are",
         ),
         P.ABORTED: Rule("everybody who can be heard is down", 0.0, None, None),
         P.EMERGENCY: Rule("the operator stopped the motors", 0.0, None, None),
@@ -148,10 +175,10 @@ def mermaid() -> str:
 
 def markdown() -> str:
     """The table for the README: deadlines are beyond what the flight plan itself takes."""
-    lines = ["| phase | entered when | deadline | then | who fails in it |", "|---|---|---|---|---|"]
+    head = ("phase", "entered when", "deadline", "when it is over", "then", "who fails in it")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for phase, rule in TABLE.items():
         if rule.next is not None:
-            lines.append(
-                f"| {phase.value} | {rule.entry} | {rule.allowance:g} s | {rule.next.value} | {rule.failing} |"
-            )
+            cells = (phase.value, rule.entry, f"{rule.allowance:g} s", rule.late, rule.next.value, rule.failing)
+            lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

@@ -6,13 +6,19 @@
     poses.py        motion capture to drones
     journal.py      telemetry to the flight log
     courses.py      where everybody should be
+    whereabouts.py  where everybody is, as well as it is known
+    seen.py         what the watch looks at, compares with, and finds
     watch.py        what may not happen in flight
+    separations.py  ... between two
     lookout.py      what the watch is told, and what its findings lead to
     rescue.py       lost links, opened again
     reactions.py    what follows when it does: the mission's policies
+    deadlines.py    how long everything may take
     timing.py       how prompt commands and reactions are
     keepalive.py    the firmware's watchdog, for the day this computer dies
-    loop.py         the flight loop: one tick of everything, commands with answers
+    loop.py         the flight loop: one tick of everything
+    status.py       a flight in a few words
+    commands.py     commands with answers
     muster.py       who flies: tried again, left behind, or nobody
     ground.py       connect, set up, settle the estimators, check, upload, arm
     legs.py         legs of long trajectories: uploaded and started in flight
@@ -21,5 +27,6 @@
     stops.py        where everybody comes to a stop, and who waits elsewhere
     landing.py      who lands first, and whose motors may be stopped
     touchdown.py    down to the ground, together or in turn
+    braking.py      everybody to a stop
     abort.py        how a flight ends early
 """

@@ -14,7 +14,6 @@ from deploy.flight.loop import Flight
 from deploy.flight.poses import heading
 from deploy.flight.records import Ready
 from deploy.flight.watch import tilt
-from deploy.phases import TABLE, Phase
 from deploy.preflight import SETTLED_DEVIATION, DroneFacts, PreflightCheck, check_drone
 from deploy.radio.drone import Drone
 from deploy.radio.memory import TRAJECTORY
@@ -28,6 +27,7 @@ _KALMAN = 2
 _SETTLED_POSITION, _SETTLED_VELOCITY = SETTLED_DEVIATION, 0.2  # m, m/s
 _SETTLED_AGREEMENT = 0.03  # m, between estimate and motion capture; the pre-flight check allows a little more
 _SETTLED_FOR = 1.0  # s
+_CONNECTED_WITHIN = 60.0  # s of wall time, tables of contents and all
 Names: TypeAlias = Collection[str]
 Failures: TypeAlias = dict[str, DeployError]
 
@@ -54,7 +54,7 @@ def connect(flight: Flight, names: Names) -> Failures:
     wanted = parameters_of(mission, flight.poses.external)
 
     def set_up(drone: Drone) -> Ready:
-        drone.connect(TABLE[Phase.IDLE].allowance)
+        drone.connect(_CONNECTED_WITHIN)
         held = {name: drone.set_parameter(name, value) for name, value in wanted.items()}
         drone.start_telemetry(mission.flight.log_rate)
         try:
@@ -63,7 +63,7 @@ def connect(flight: Flight, names: Names) -> Failures:
             memory = 0
         return Ready(drone.firmware(), memory, decks(drone), held)
 
-    ready, failures = flight.fleet.attempt(set_up, flight.tick, among=names)
+    ready, failures = flight.fleet.attempt(set_up, flight.tick, among=names, within=flight.left)
     flight.ready |= ready
     return failures
 
@@ -93,7 +93,7 @@ def settle_estimators(flight: Flight, names: Names) -> Failures:
         drone.set_parameter("kalman.resetEstimation", 1, compare=False)
         drone.set_parameter("kalman.resetEstimation", 0, compare=False)
 
-    _, failures = flight.fleet.attempt(reset, flight.tick, among=names)
+    _, failures = flight.fleet.attempt(reset, flight.tick, among=names, within=flight.left)
     asked = flight.clock.now()
     unsettled = {name: asked for name in names if name not in failures}
 
@@ -104,7 +104,7 @@ def settle_estimators(flight: Flight, names: Names) -> Failures:
                 unsettled[name] = now
         return all(now - since >= _SETTLED_FOR for since in unsettled.values())
 
-    if flight.wait_until(settled, TABLE[Phase.CONNECTED].allowance):
+    if flight.wait_until(settled, flight.left):
         flight.event("estimators", "settled", value=flight.clock.now() - asked)
     else:
         late = [name for name, since in unsettled.items() if flight.clock.now() - since < _SETTLED_FOR]
@@ -121,8 +121,11 @@ def judge(flight: Flight, name: str) -> tuple[PreflightCheck, ...]:
 
 def load(flight: Flight, names: Names) -> Failures:
     """Certified bytes into these drones, read back."""
-    trajectories = flight.plan.trajectories
-    return flight.fleet.attempt(lambda drone: upload(drone, trajectories[drone.name]), flight.tick, among=names)[1]
+
+    def act(drone: Drone) -> None:
+        upload(drone, flight.plan.trajectories[drone.name])
+
+    return flight.fleet.attempt(act, flight.tick, among=names, within=flight.left)[1]
 
 
 def arm(flight: Flight) -> dict[str, str]:
@@ -134,7 +137,7 @@ def arm(flight: Flight) -> dict[str, str]:
     for drone in flight.fleet.values():
         if drone.connected and drone.status is not None and not drone.status.supervisor.arms_itself:
             drone.request_arming(True)
-    asked, allowance = flight.clock.now(), TABLE[Phase.UPLOADED].allowance
+    asked, allowance = flight.clock.now(), flight.left
 
     def waiting() -> list[str]:
         # A word from before says nothing: who was restarted since has forgotten telemetry and trajectory alike.

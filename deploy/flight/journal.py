@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Literal
 
+from deploy.flight.courses import Courses
 from deploy.flightlog.writer import FlightLog
 from deploy.phases import Phase
 from deploy.radio.drone import Drone
@@ -16,12 +18,16 @@ Level = Literal["info", "warning", "fault"]
 class Journal:
     """What the flight writes down.
 
+    Args:
+        log: where. rate: of references [Hz].
+
     Attributes:
         faults, warnings: texts, in order. message: newest event.
     """
 
-    def __init__(self, log: FlightLog) -> None:
+    def __init__(self, log: FlightLog, rate: float) -> None:
         self.log = log
+        self._period, self._due = 1.0 / rate, -math.inf
         self.faults: list[str] = []
         self.warnings: list[str] = []
         self.message = ""
@@ -57,6 +63,14 @@ class Journal:
             self.log.battery(robot, record.t, record.voltage, record.level, record.power_state)
             self.log.supervisor(robot, record.t, record.supervisor.bits, record.supervisor.names)
             self.log.motors(robot, record.t, record.motors)
+
+    def references(self, now: float, courses: Courses, robots: Iterable[str]) -> None:
+        """Where robots should be in the search, when that is due."""
+        if now < self._due - 1e-9:
+            return
+        self._due = now + self._period
+        for name in robots:
+            self.log.reference(name, now, courses.reference(name, now), courses.velocity(name, now))
 
     def log_state(self, t: float, phase: Phase) -> None:
         """Say once that the log has ended, and whenever it has lost more; the flight goes on all the same."""

@@ -10,7 +10,9 @@ from deploy.flight.courses import Courses
 from deploy.flight.journal import Level
 from deploy.flight.poses import Poses
 from deploy.flight.reactions import Reaction, policy_for, strongest
-from deploy.flight.watch import AHEAD, Finding, Limits, Seen, Vec3, Watch, ahead, tilt
+from deploy.flight.seen import Finding, Limits, Seen, Vec3
+from deploy.flight.separations import AHEAD, ahead
+from deploy.flight.watch import Watch, tilt
 from deploy.radio.fleet import Fleet
 from missions.schema import Mission
 from mocap.gate import Incident
@@ -36,12 +38,13 @@ class Lookout:
         self.down: set[str] = set()
         self.largest_error = dict.fromkeys(fleet, 0.0)
 
-    def look(self, now: float, searching: bool) -> Reaction | None:
+    def look(self, now: float, searching: bool, *, aborting: bool = False) -> Reaction | None:
         """Look at everybody; what the flight has to do about it, if anything.
 
         Args:
             now: flight time [s].
             searching: whether trajectories are followed, or their ends kept.
+            aborting: whether the flight ends early already.
         """
         due: list[Finding] = []
         for finding in self._watch.look(now, self._seen(now, searching)):
@@ -56,7 +59,7 @@ class Lookout:
                 due.append(finding)
         if not due:
             return None
-        policies = [policy_for(self._safety, finding.kind) for finding in due]
+        policies = [policy_for(self._safety, finding.kind, aborting=aborting) for finding in due]
         strong = strongest(policies)
         about = [name for f, policy in zip(due, policies, strict=True) if policy == strong for name in f.robots]
         text = "; ".join(f"{finding.robot}: {finding.text}" for finding in due)

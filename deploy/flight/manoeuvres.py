@@ -11,9 +11,9 @@ from deploy.flight.legs import Chains
 from deploy.flight.loop import RETRY, Flight
 from deploy.flight.passages import require
 from deploy.flight.replanning import Replanning
+from deploy.flight.separations import SEPARATION_SLACK
 from deploy.flight.timing import heard
 from deploy.flight.touchdown import land_latecomers, land_together, put_to_rest
-from deploy.flight.watch import SEPARATION_SLACK
 from deploy.phases import Phase
 from deploy.radio import highlevel
 from deploy.radio.requests import Reply
@@ -93,7 +93,7 @@ def search(flight: Flight) -> None:
 def land(flight: Flight) -> dict[str, bool]:
     """Everybody straight down, together, from where they hover. Returns who was seen on the ground, motors off."""
     flight.enter(Phase.LANDING)
-    down = land_together(flight, flight.alive)
+    down = land_together(flight, flight.where.alive)
     landed = put_to_rest(flight, down | land_latecomers(flight, down))
     flight.enter(Phase.LANDED if all(landed.values()) else Phase.ABORTED)
     return landed

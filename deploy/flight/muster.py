@@ -12,7 +12,8 @@ computed anew from their bytes, passes; else nobody flies.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from typing import TypeAlias
 
 from deploy.errors import DeployError, FlightAborted, LinkError, UploadError
 from deploy.flight import ground
@@ -37,6 +38,7 @@ from planner.flightplan import FlightPlan
 from planner.subset import without
 
 _CONNECT, _SETTLE, _CHECK, _LOAD, _AGAIN = range(5)
+Step: TypeAlias = Callable[[Flight, Collection[str]], Failures]
 _LOOK = 0.3  # s of the last look: whoever is not seen any more is old by then
 
 
@@ -64,7 +66,13 @@ class Muster:
         self._checks: dict[str, tuple[PreflightCheck, ...]] = {}
         self._failed: Failures = {}
         self._refusals: tuple[PreflightCheck, ...] = ()
-        self._steps = (ground.connect, ground.settle_estimators, self._check, ground.load, self._check_again)
+        self._steps: tuple[tuple[Phase, Step], ...] = (
+            (Phase.IDLE, ground.connect),
+            (Phase.CONNECTED, ground.settle_estimators),
+            (Phase.CONNECTED, self._check),
+            (Phase.CHECKED, ground.load),
+            (Phase.UPLOADED, self._check_again),
+        )
 
     def check(self) -> PreflightReport:
         """Connect and check everybody, whatever fails; nothing is uploaded. Returns every check."""
@@ -105,7 +113,7 @@ class Muster:
         flight.poses.close_gate()
         flight.enter(Phase.CHECKED)
         self._upload()
-        flight.note_ground()
+        flight.where.note_ground()
         self._arm()
         return report
 
@@ -126,6 +134,7 @@ class Muster:
         self._failed = {}
         self._take(_AGAIN)
         self._leave({name: str(error) for name, error in self._failed.items()})
+        flight.allow(0.0)
         if waiting := ground.arm(flight):
             ground.disarm(flight, waiting)
             self._leave(waiting)
@@ -140,7 +149,7 @@ class Muster:
         """One step by everybody who is still fine; again, from the first step, by those for whom it may help."""
         flight, safety = self._flight, self._flight.plan.mission.safety
         names = [name for name in flight.fleet if name not in self._failed]
-        failures = self._steps[step](flight, names) if names else {}
+        failures = self._step(step, names) if names else {}
         for attempt in range(safety.retries):
             again = [name for name, error in failures.items() if _may_pass(error)]
             if not again:
@@ -148,6 +157,7 @@ class Muster:
             pause = safety.retry_pause * 2**attempt
             for name in again:
                 flight.event("retry", f"{failures.pop(name)}; again in {pause:g} s", robot=name, level="warning")
+            flight.allow(pause)
             flight.wait(pause)
             failures |= self._from_the_start(again, step)
         self._failed |= failures
@@ -156,10 +166,16 @@ class Muster:
         flight, failures = self._flight, Failures()
         # On the ground a farewell packet drops nobody, and a link that is half gone cannot be asked whether it flies.
         flight.fleet.attempt(lambda drone: drone.close(force=True), flight.tick, among=names)
-        for step in self._steps[: last + 1]:
+        for step in range(last + 1):
             if here := [name for name in names if name not in failures]:
-                failures |= step(flight, here)
+                failures |= self._step(step, here)
         return failures
+
+    def _step(self, step: int, names: Collection[str]) -> Failures:
+        """One try of one step, in the time of the phase in which it is taken first."""
+        phase, take = self._steps[step]
+        self._flight.allow(0.0, like=phase)
+        return take(self._flight, names)
 
     def _check(self, flight: Flight, names: Collection[str]) -> Failures:
         failures = Failures()
@@ -204,6 +220,7 @@ class Muster:
             self._refusals = (check_left(left, fewest, failing),)
             self._note("", self._refusals)
             return False
+        flight.allow(0.0)  # certificates are computed in the loop's own time
         flight.fleet.attempt(lambda drone: drone.close(force=True), flight.tick, among=reasons)
         flight.go_on_without(plan, reasons)
         for name, why in reasons.items():

@@ -10,9 +10,10 @@ import itertools
 import math
 
 from deploy.errors import DeployError, FlightAborted
+from deploy.flight.commands import command, refusals
 from deploy.flight.loop import Flight, Vec3
 from deploy.flight.reference import Way
-from deploy.phases import TABLE, Phase
+from deploy.phases import Phase
 from deploy.radio import highlevel
 from planner.transfers import Move, Passage, Transfers, duration
 
@@ -34,20 +35,20 @@ def take_off(flight: Flight) -> None:
     commands = {name: highlevel.takeoff(move.target[2], move.duration) for name, move in moves.items()}
     given = flight.clock.now()
     flight.courses.ways |= {name: _way(flight, name, move) for name, move in moves.items()}
-    require(flight, "take-off", flight.command(commands))
+    require(flight, "take-off", command(flight, commands))
     flight.wait(_NUDGE)
     # In the supervisor's blink on the ground a command may be accepted and yet dropped (protocol notes B1, B3).
     words = {n: d.status.supervisor for n, d in flight.fleet.items() if d.status and d.status.t > given + _BLINK}
     idle = [name for name, word in words.items() if not word.planner_active]
     if idle:
         flight.event("repeat", f"take-off accepted but not begun, repeated: {', '.join(idle)}", level="warning")
-        flight.command({name: commands[name] for name in idle})
+        command(flight, {name: commands[name] for name in idle})
     flight.wait(max(move.duration for move in moves.values()) - _NUDGE)
 
     def low() -> list[str]:
         return [name for name, move in moves.items() if distance(flight, name, None, move.target[2]) > AT_ALTITUDE]
 
-    if not flight.wait_until(lambda: not low(), TABLE[Phase.TAKING_OFF].allowance):
+    if not flight.wait_until(lambda: not low(), flight.left):
         raise FlightAborted(f"did not reach the altitude: {', '.join(low())}")
 
 
@@ -75,7 +76,7 @@ def settle(flight: Flight) -> None:
     def away() -> list[str]:
         return [n for n in flight.fleet if distance(flight, n, flight.courses.start(n), None) > AT_PLACE]
 
-    if not flight.wait_until(lambda: not away(), TABLE[Phase.SETTLING].allowance):
+    if not flight.wait_until(lambda: not away(), flight.left):
         raise FlightAborted(f"more than {AT_PLACE * 100:.0f} cm from the start of the trajectory: {', '.join(away())}")
 
 
@@ -91,7 +92,7 @@ def go_back(flight: Flight) -> None:
     passage = _transfers(flight).back
     if not passage:
         return
-    if silent := [name for name in flight.fleet if name not in flight.alive]:
+    if silent := [name for name in flight.fleet if name not in flight.where.alive]:
         raise FlightAborted(f"nobody flies back past {', '.join(silent)}, who cannot be told to")
     if refused := fly(flight, passage):
         raise FlightAborted(f"return: {refused}")
@@ -100,7 +101,7 @@ def go_back(flight: Flight) -> None:
     def away() -> list[str]:
         return [name for name, place in places.items() if distance(flight, name, place, None) > AT_PLACE]
 
-    if not flight.wait_until(lambda: not away(), TABLE[Phase.RETURNING].allowance):
+    if not flight.wait_until(lambda: not away(), flight.left):
         flight.event("return", f"not where they should land: {', '.join(away())}", level="warning")
 
 
@@ -116,7 +117,7 @@ def fly(flight: Flight, passage: Passage) -> str:
             name: highlevel.go_to(move.target, flight.courses.yaw_at_start(name), move.duration)
             for name, move in moves.items()
         }
-        if refused := flight.refusals(flight.command(commands)):
+        if refused := refusals(command(flight, commands)):
             return refused
     flight.wait(begun + duration(passage) - flight.clock.now())
     return ""
@@ -124,13 +125,13 @@ def fly(flight: Flight, passage: Passage) -> str:
 
 def require(flight: Flight, what: str, codes: dict[str, int | None]) -> None:
     """Raise FlightAborted unless everybody accepted a command."""
-    if refused := flight.refusals(codes):
+    if refused := refusals(codes):
         raise FlightAborted(f"{what}: {refused}")
 
 
 def distance(flight: Flight, name: str, point: Vec3 | None, height: float | None) -> float:
     """From a point, or only from a height [m]; inf if nobody knows where the drone is."""
-    position = flight.position(name)
+    position = flight.where.position(name)
     if position is None:
         return math.inf
     return math.dist(position, point) if point is not None else abs(position[2] - (height or 0.0))
@@ -139,7 +140,7 @@ def distance(flight: Flight, name: str, point: Vec3 | None, height: float | None
 def _way(flight: Flight, name: str, move: Move) -> Way:
     """A move that begins now; where it begins is where the last one ended, or where the drone stands."""
     now = flight.clock.now()
-    origin = flight.courses.at(name, now) or flight.position(name) or move.target
+    origin = flight.courses.at(name, now) or flight.where.position(name) or move.target
     return Way(origin, move.target, now, move.duration)
 
 

@@ -34,119 +34,15 @@ external positioning it is blind from then on, and the policy decides.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from typing import Literal
 
-import numpy as np
+from deploy.flight.seen import POSE_LOST, POSE_OLD, Finding, Limits, Seen, Vec3
+from deploy.flight.separations import separations
 
-from deploy.radio.supervisor import Supervisor
-from missions.arrays import Array
-from missions.fleet import accelerations, fence, speeds
-from missions.schema import Mission
-
-Vec3 = tuple[float, float, float]
-POSE_OLD, POSE_LOST = 0.25, 1.0  # s
 QUIET, SILENT = 0.5, 2.0  # s
-AHEAD = (0.2, 0.4)  # s for which separations are predicted
 LOW_BATTERY = 0.2  # V above the limit
 TILTED = 0.7  # share of the limit
-SEPARATION_SLACK = 0.05  # m
-SEPARATION_SHARE = 0.6
-_NOWHERE: Vec3 = (math.nan, math.nan, math.nan)
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What the mission allows.
-
-    Attributes:
-        tracking, separation: [m]. lower, upper: corners of the box nobody may leave [m].
-        braking: acceleration along an axis that everybody is able to brake with [m/s²].
-        tilt: [rad]. voltage: [V].
-        closing: how fast two robots that fly as they may come closer at most [m/s].
-    """
-
-    tracking: float
-    separation: float
-    lower: Vec3
-    upper: Vec3
-    braking: float = math.inf
-    tilt: float = math.inf
-    voltage: float = 0.0
-    closing: float = 2.0
-
-    @classmethod
-    def of(cls, mission: Mission) -> Limits:
-        """From the mission: the fence holds workspace, pads, starts and flight altitude, plus the margin."""
-        margin = mission.flight.geofence_margin
-        lower, upper = fence(mission)
-        (x0, y0, z0), (x1, y1, z1) = (lower - margin).tolist(), (upper + margin).tolist()
-        # The floor keeps drones from leaving downwards; an estimate may well be a little below it.
-        box = (x0, y0, z0), (x1, y1, z1)
-        braking, safety = float(accelerations(mission).max()), mission.safety
-        own = mission.flight.tracking_limit, mission.limits.separation
-        # Twice what is allowed: a robot that is off its way may be faster.
-        closing = 4.0 * float(speeds(mission).max())
-        return cls(*own, *box, braking, safety.tilt_limit, safety.battery_limit, closing)
-
-
-@dataclass(frozen=True)
-class Seen:
-    """One drone at one moment.
-
-    Attributes:
-        position: [m], None if never seen. age: of the position [s].
-        reference: where it should be [m]; None outside the search.
-        supervisor: None before the first telemetry. battery_low: the firmware's word.
-        silence: time since its last packet [s]. lost: why the link is gone; empty while it is up.
-        untold: time since its last telemetry [s].
-        velocity: [m/s] by its own estimate. ahead: works out where it will be [m] at the times
-            :data:`AHEAD`, as far as that is known; asked only for those who are near somebody.
-        tilt: from the vertical [rad]. voltage: of its battery [V]. NaN if unknown.
-    """
-
-    robot: str
-    position: Vec3 | None
-    age: float
-    reference: Vec3 | None
-    supervisor: Supervisor | None
-    battery_low: bool
-    silence: float
-    lost: str
-    velocity: Vec3 = (0.0, 0.0, 0.0)
-    ahead: Callable[[], tuple[Vec3, ...]] = tuple
-    tilt: float = math.nan
-    voltage: float = math.nan
-    untold: float = 0.0
-
-    @cached_property
-    def soon(self) -> tuple[Vec3, ...]:
-        """What :attr:`ahead` says, asked once: everybody who is near wants to know."""
-        return self.ahead()
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A condition that holds, about one robot or a pair."""
-
-    name: str
-    robots: tuple[str, ...]
-    level: Literal["warning", "abort"]
-    text: str
-    value: float
-    patience: float = 0.0
-
-    @property
-    def robot(self) -> str:
-        """Whom it is about, for people: ``a`` or ``a–b``."""
-        return "–".join(self.robots)
-
-    @property
-    def kind(self) -> str:
-        """What it is about: a key of the mission's ``safety`` record."""
-        return self.name.split()[0]
 
 
 def inspect(limits: Limits, drones: Sequence[Seen]) -> list[Finding]:
@@ -157,32 +53,7 @@ def inspect(limits: Limits, drones: Sequence[Seen]) -> list[Finding]:
             found += _link(drone)
         else:
             found += [*_quiet(drone), *_body(limits, drone), *_place(limits, drone)]
-    for a, b in _near(limits, drones):
-        found += _separation(limits, a, b)
-    return found
-
-
-def _near(limits: Limits, drones: Sequence[Seen]) -> Iterator[tuple[Seen, Seen]]:
-    """Pairs that are too near, or will be within the time that is looked ahead: all pairs in one go."""
-    too_near = limits.separation - SEPARATION_SLACK
-    distances = _distances([drone.position if drone.age <= POSE_LOST else None for drone in drones])
-    matters = np.triu(distances < limits.separation + limits.closing * AHEAD[-1], 1)
-    close = distances < too_near
-    asked = set(np.argwhere(matters).ravel().tolist())
-    soon = [drone.soon if i in asked else () for i, drone in enumerate(drones)]
-    for k in range(len(AHEAD)):
-        close |= _distances([places[k] if len(places) > k else None for places in soon]) < too_near
-    for i, j in np.argwhere(matters & close).tolist():
-        yield drones[i], drones[j]
-
-
-def _distances(places: Sequence[Vec3 | None]) -> Array:
-    """Of every pair (N, N) [m]; from who is nowhere they are no numbers, and so below nothing."""
-    positions = np.array([place or _NOWHERE for place in places], dtype=np.float64).reshape(-1, 3)
-    with np.errstate(all="ignore"):  # captured positions are what they are
-        offset = positions[:, None] - positions
-        distances: Array = np.sqrt(np.einsum("ijk,ijk->ij", offset, offset))
-    return distances
+    return [*found, *separations(limits, drones)]
 
 
 def _link(drone: Seen) -> list[Finding]:
@@ -193,21 +64,6 @@ def _link(drone: Seen) -> list[Finding]:
 def tilt(roll: float, pitch: float) -> float:
     """Angle between a drone's vertical and the world's [rad]."""
     return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
-
-
-def ahead(position: Vec3, velocity: Vec3, now: Vec3, drift: Vec3, later: Sequence[Vec3]) -> tuple[Vec3, ...]:
-    """Where a drone will be at the times :data:`AHEAD` [m].
-
-    Args:
-        position: where it is [m].
-        velocity: how it moves [m/s].
-        now: where its trajectory is [m].
-        drift: how that moves [m/s].
-        later: where its trajectory will be at those times.
-    """
-    x, y, z = (p - r for p, r in zip(position, now, strict=True))
-    u, v, w = (p - r for p, r in zip(velocity, drift, strict=True))
-    return tuple((a + x + u * t, b + y + v * t, c + z + w * t) for t, (a, b, c) in zip(AHEAD, later, strict=True))
 
 
 def _quiet(drone: Seen) -> list[Finding]:
@@ -271,21 +127,6 @@ def _overshoot(limits: Limits, position: Vec3, velocity: Vec3) -> float:
         stop = p + 0.5 * v * abs(v) / limits.braking
         worst = max(worst, lower - stop, stop - upper)
     return worst
-
-
-def _separation(limits: Limits, a: Seen, b: Seen) -> list[Finding]:
-    if a.position is None or b.position is None or max(a.age, b.age) > POSE_LOST:
-        return []
-    distance, when = math.dist(a.position, b.position), "apart"
-    least = SEPARATION_SHARE * limits.separation
-    for t, p, q in zip(AHEAD, a.soon, b.soon, strict=False):
-        if distance >= least and (predicted := math.dist(p, q)) < least:
-            distance, when = predicted, f"apart in {t:.1f} s"
-    if distance >= limits.separation - SEPARATION_SLACK:
-        return []
-    level: Literal["warning", "abort"] = "abort" if distance < least else "warning"
-    text = f"{distance:.2f} m {when}; the mission asks for {limits.separation:.2f} m"
-    return [Finding(f"separation {level}", (a.robot, b.robot), level, text, distance, 0.1)]
 
 
 class Watch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, ItemsView, Iterable, Iterator, Mapping, ValuesView
 from functools import partial
 from types import MappingProxyType
@@ -9,7 +10,7 @@ from typing import TypeVar
 
 from deploy.aside import Aside
 from deploy.clock import Clock
-from deploy.errors import DeployError
+from deploy.errors import DeployError, LinkError
 from deploy.radio.drone import Drone
 
 T = TypeVar("T")
@@ -86,21 +87,38 @@ class Fleet(Mapping[str, Drone]):
         return results
 
     def attempt(
-        self, action: Callable[[Drone], T], tick: Callable[[], None], *, among: Iterable[str] | None = None
+        self,
+        action: Callable[[Drone], T],
+        tick: Callable[[], None],
+        *,
+        among: Iterable[str] | None = None,
+        within: float = math.inf,
     ) -> tuple[dict[str, T], dict[str, DeployError]]:
-        """As :meth:`each`, for callers that can go on without some: results and failures by drone."""
+        """As :meth:`each`, for callers that can go on without some: results and failures by drone.
+
+        On the ground the time may be limited: the links of those who are not done ``within`` so long [s] are closed,
+        which ends whatever they wait for, and they have failed.
+        """
         names = list(self) if among is None else list(among)
         work = {name: Aside(partial(action, self[name]), self._clock, f"{name}-worker") for name in names}
         for item in work.values():
             item.start()
+        due, late = self._clock.now() + within, set[str]()
         while True:  # at least one tick: a rehearsal's clock then stands until all are done, and so repeats
             tick()
             if all(item.done for item in work.values()) and not self._clock.owes():
                 break
+            if self._clock.now() > due:
+                for name in (name for name, item in work.items() if not item.done and name not in late):
+                    late.add(name)
+                    Aside(partial(self[name].close, force=True), self._clock, f"{name}-closing").start()
         results, errors = {}, {}
         for name, item in work.items():
             try:
                 results[name] = item.outcome()
             except DeployError as error:
                 errors[name] = error
+            if name in late:
+                results.pop(name, None)
+                errors[name] = LinkError(f"{name}: not done within {within:.0f} s")
         return results, errors

@@ -6,7 +6,9 @@ import math
 import pytest
 
 from deploy.flight.reactions import ORDER, policy_for, strongest
-from deploy.flight.watch import AHEAD, Limits, Seen, Watch, ahead, inspect, tilt
+from deploy.flight.seen import Limits, Seen
+from deploy.flight.separations import AHEAD, ahead
+from deploy.flight.watch import Watch, inspect, tilt
 from deploy.radio.supervisor import Supervisor
 from missions.safety import Safety
 from tests.deploy.flight_bench import small_mission
