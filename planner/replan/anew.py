@@ -34,6 +34,7 @@ from planner.trajectory.legs import legs_between
 from planner.trajectory.piecewise import PiecewisePolynomial, concatenated
 from planner.transfer.plan import plan_transfers
 
+STIFF = 10.0  # by what the penalty of a search is larger when the one before met not every limit
 ATTEMPTS = 4  # rests that are planned before there is none
 
 
@@ -47,7 +48,7 @@ class Effort:
         time_limit: wall time [s] after which a search ends with what it has; infinite: when it is done.
     """
 
-    rounds: int = 60
+    rounds: int = 120
     penalty: float = 3.0
     time_limit: float = np.inf
 
@@ -144,20 +145,24 @@ def replan(
     margins, plan = _margins(mission), current.plan
     modes = max(FEWEST, round(HALF_WAVES * (mission.horizon.duration - joints[joint])))
     for _ in range(ATTEMPTS):
-        plan = planned_anew(
-            mission,
-            plan,
-            step,
-            start=states[..., :3],
-            effort=effort,
-            margins=margins,
-            modes=modes,
-            should_stop=should_stop,
-        )
         try:
+            plan = planned_anew(
+                mission,
+                plan,
+                step,
+                start=states[..., :3],
+                effort=effort,
+                margins=margins,
+                modes=modes,
+                should_stop=should_stop,
+            )
             found = _certified(current, mission, plan, joint, flown, states)
-        except TrajectoryError as error:
+        except NoFeasiblePlan as error:
             failure: PlannerError = error
+            effort = replace(effort, penalty=STIFF * effort.penalty)
+            continue
+        except TrajectoryError as error:
+            failure = error
             margins = replace(margins, acceleration=margins.acceleration + STIFFER)
             continue
         if found.certificate.passed:
