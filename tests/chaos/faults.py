@@ -17,7 +17,7 @@ class Fault(NamedTuple):
     """One row of the matrix.
 
     Attributes:
-        event: of the scenario, without when.
+        event: of the scenario; when is up to the case.
         nature: what it may lead to, see above. whom: for whom.
         word: what has to be said of a flight that ends early because of it (a regular expression).
         on_host_loss: the mission's setting.
@@ -123,8 +123,9 @@ def sequence(seed, longest=17.0):
         if "duration" in event:
             event["duration"] = round(event["duration"] * chance.uniform(0.3, 3.0), 3)
         whom = fault.whom if event.get("to", "dongle 0") == "dongle 0" else tuple(others[name] for name in fault.whom)
+        event["at"] = round(chance.uniform(0.0, longest), 2)
         faults.append(fault._replace(event=event, whom=whom, on_host_loss=on_host_loss))
-        events.append({**event, "at": round(chance.uniform(0.0, longest), 2)})
+        events.append(event)
     policy = chance.choice(POLICIES)
     return Case(f"seed {seed}", _scenario(f"chance {seed}", seed, events), tuple(faults), on_host_loss, policy)
 

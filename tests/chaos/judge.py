@@ -167,7 +167,8 @@ def _logged(flown, onset):
     log, killed = flown.log, isinstance(flown.ended, HostDied)
     if log.complete == killed or (log.problems and not killed):
         yield f"log: complete is {log.complete}; {'; '.join(log.problems)}"
-    if not killed and not any(np.isfinite(t) for _, t in onset) and len(onset) == 1:
+    due = any(fault.event.get("at", 0.0) < flown.t[-1] for fault, _ in onset)
+    if not killed and due and not any(np.isfinite(t) for _, t in onset):
         yield "log: nothing of the fault"
     phases = [event.text for event in log.events if event.name == "phase"]
     if not killed and phases[-1] not in FINAL:

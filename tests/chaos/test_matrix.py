@@ -25,7 +25,7 @@ SURVIVED = {"on mission": "blink", "holding": "outlier", "returning": "mocap bli
 BEFORE = {"settling": "slow link"}
 SHORT = [cell(fault, phase) for phase, faults in SUITE.items() for fault in faults]
 WHOLE = [case for case in matrix() if case.name not in {short.name for short in SHORT}]
-SEED, ALL_SEEDS = 4, [seed for seed in range(200) if seed != 4]
+SEED, ALL_SEEDS = 38, [seed for seed in range(200) if seed != 38]
 
 
 def problems(case):
