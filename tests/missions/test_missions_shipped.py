@@ -15,8 +15,8 @@ FOLDER = Path(missions.__file__).parent
 SHIPPED = sorted(path.name for path in FOLDER.glob("*.yaml") if path.name != "airframes.yaml")
 
 
-def test_three_missions_ship():
-    assert SHIPPED == ["imec_four_drones.yaml", "one_drone.yaml", "photo_map.yaml"]
+def test_four_missions_ship():
+    assert SHIPPED == ["imec_four_drones.yaml", "one_drone.yaml", "photo_map.yaml", "replan.yaml"]
 
 
 @pytest.mark.parametrize("name", SHIPPED)
