@@ -24,10 +24,11 @@ PLAIN = {
 }  # fmt: skip
 INTRODUCTION = """# Studies
 
-The experiments of the IMEC paper (A Probabilistic Measure of Multi-Robot Connectivity and Ergodic Optimal Control) and of
-the FEO paper (Ergodic Trajectory Planning with Dynamic Sensor Footprints), run with this planner. Written by `python -m planner.study.page` from the tables in `missions/studies/results`; to run one
-again: `ergoflie study FILE -o FOLDER`. It writes one tidy CSV (a row a run, a column a quantity) and the plots, runs
-one process a core, keeps every run as soon as it ends, and goes on where it was stopped or killed. A study of your own:
+The experiments of the IMEC paper (A Probabilistic Measure of Multi-Robot Connectivity and Ergodic Optimal Control) and
+of the FEO paper (Ergodic Trajectory Planning with Dynamic Sensor Footprints), run with this planner. Written by
+`python -m planner.study.page` from the tables in `missions/studies/results`; to run one again:
+`ergoflie study FILE -o FOLDER`. It writes one tidy CSV (a row a run, a column a quantity) and the plots, runs one
+process a core, keeps every run as soon as it ends, and goes on where it was stopped or killed. A study of your own:
 
 ```yaml
 name: how_far                                  # names its table
