@@ -10,7 +10,7 @@ import pytest
 
 from deploy.cli.__main__ import main
 from deploy.cli.keys import KEYS, keys
-from deploy.control import HOST, WORDS, listening, tell
+from deploy.control import HOST, WORDS, listening, tell, tell_map
 from deploy.errors import DeployError
 from deploy.operator import Interrupts
 
@@ -100,3 +100,23 @@ def test_without_a_keyboard_there_are_no_keys(monkeypatch):
         monkeypatch.setattr(sys, "stdin", nothing)
         with keys(lambda word: pytest.fail("a word")) as there:
             assert not there
+
+
+def test_a_map_is_told_once_and_the_last_one_counts(tmp_path, capsys):
+    operator, file = Interrupts(), tmp_path / "map.yaml"
+    file.write_text("type: gaussians\ncomponents:\n  - {mean: [1.0, 0.5], covariance: 0.1}\n")
+    with listening(0, operator) as port:
+        assert tell_map(port, "{type: uniform}") == "ok: map"
+        assert main(["control", "map", "--file", str(file), "--port", str(port)]) == 0
+    assert operator.new_map() == '{"type": "gaussians", "components": [{"mean": [1.0, 0.5], "covariance": 0.1}]}'
+    assert operator.new_map() is None
+    assert not operator.land_requested()
+    assert main(["control", "map", "--port", str(port)]) == 2
+    assert main(["control", "land", "--file", str(file), "--port", str(port)]) == 2
+    assert "a map needs --file MAP" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["{type: uniform,\n}", "x" * 60_000])
+def test_maps_that_are_no_line_are_not_told(text):
+    with pytest.raises(DeployError, match="allowed: one line"):
+        tell_map(1, text)
