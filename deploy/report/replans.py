@@ -20,7 +20,7 @@ def replans_table(analysis: FlightAnalysis) -> str:
         return ""
     zero, budget = zero_time(analysis), analysis.flight_plan.mission.replanning.budget
     rows = [_row(events[begin:end], zero, budget) for begin, end in pairwise([*begins, len(events)])]
-    headings = ["known at [s]", "planning, charged [s]", "uploaded after [s]", "to spare [s]", "taken over at [s]"]
+    headings = ["known at [s]", "planning, charged [s]", "uploaded after [s]", "to spare [s]", "decided at [s]"]
     headings += ["E before", "E after", "what became of it"]
     return table(headings, rows, "Maps that changed in flight", tuple(range(7)))
 

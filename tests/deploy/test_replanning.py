@@ -1,12 +1,13 @@
 """Maps that change in flight: three re-plans in one flight of four drones, over a radio that loses packets."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from deploy.analysis.analyse import analyse
-from deploy.flight.replanning import _check
+from deploy.flight.replanning import Replanning, _check, _Work
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
 from deploy.rehearsal import rehearse
@@ -177,3 +178,33 @@ def test_the_report_shows_what_became_of_each_change(flown):
     text = replans_table(analyse(record))
     assert text.count("flown by all") == 3
     assert "Maps that changed in flight" in text
+
+
+def test_what_is_late_or_has_not_arrived_everywhere_is_dropped(plan, anew):
+    """The deadline of the plan is its budget, that of the upload half a second before the joint."""
+    said, now = [], [5.0]
+    chains = SimpleNamespace(
+        due=lambda number: bench.JOINTS[number - 1],
+        unready=lambda: {"cf2": "not uploaded yet"},
+        offer=lambda trajectories, number: said.append(("offered", str(number))),
+        withdraw=lambda: said.append(("withdrawn", "")),
+    )
+    flight = SimpleNamespace(
+        plan=plan,
+        clock=SimpleNamespace(now=lambda: now[0]),
+        event=lambda name, text, **_: said.append((name, text)),
+    )
+    replanning, aside = Replanning(flight, chains), SimpleNamespace(done=False, outcome=lambda: (anew, {}))
+    replanning._work = _Work(0, anew.mission, 5.0, 0.3, aside)
+    replanning.turn()
+    assert said == [("old_plan", "the old plan goes on: no plan within 3 s")]
+    aside.done = True
+    replanning._work = _Work(0, anew.mission, 5.0, 0.3, aside)
+    replanning.turn()
+    now[0] = 7.4
+    replanning.turn()
+    assert [name for name, _ in said[1:]] == ["replanned", "offered"]
+    now[0] = 7.5
+    replanning.turn()
+    assert said[3:] == [("withdrawn", ""), ("old_plan", "the old plan goes on: cf2: not uploaded yet")]
+    assert flight.plan is plan
