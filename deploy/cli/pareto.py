@@ -23,9 +23,9 @@ def add_parser(commands: Subparsers) -> None:
         default="thin",
         help="thin: the ends, then where most is to be gained; a-sles, sles: the paper's lattices, from neighbour to "
         "neighbour; scalar: sles' grid, each from scratch; nsga2: a genetic baseline, needs 'ergoflie[pymoo]' "
-        "[default: %(default)s]",
+        "[default: thin]",
     )
-    parser.add_argument("--step", type=float, default=0.1, help="of the lattice [default: %(default)s]")
+    parser.add_argument("--step", type=float, default=0.1, help="of the lattice [default: 0.1]")
     parser.add_argument("--refine", type=int, help="plans more where the front is thin [default: 9 with thin, else 0]")
     parser.add_argument("--radius", type=float, help="largest change of a weight from the mission's [default: any]")
     parser.add_argument("--seed", type=int, help="overrides the mission's solver.seed")

@@ -34,4 +34,4 @@ def test_every_drone_of_a_dongle_gets_the_same_share_of_what_is_left():
     assert busy == 50.0 + 3 * 10.0 + 5.0
     assert request_rate(both) == ((250.0 - busy) / 2, (250.0 - busy) / 2, (500.0 - busy) / 2)
     assert request_rate(mission(LEFT, drones_per_dongle=4)) == ((125.0 - busy) / 2,)
-    assert request_rate(mission(*[LEFT] * 5))[0] < 0.0
+    assert request_rate(mission(*[LEFT] * 6))[0] < 0.0
