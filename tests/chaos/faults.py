@@ -61,7 +61,7 @@ FAULTS = {
     "operator": _fault("operator_abort", TOLD, NAMES, "operator"),
     "motors off": _fault("operator_abort", FALLS, NAMES, "operator", times=2),
     "host killed": _fault("process_kill", CUT, NAMES, "killed", watch=6.0),
-    "host killed, watchdog": _fault("process_kill", FALLS, NAMES, "killed", "motor_stop", watch=6.0),
+    "host killed, watchdog": _fault("process_kill", CUT, NAMES, "killed", "motor_stop", watch=6.0),
 }
 # When; and how many packets later it hits what is said to one drone.
 PHASES = {
