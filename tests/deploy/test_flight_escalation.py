@@ -6,7 +6,7 @@ from functools import reduce
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deploy.flight.reactions import IN_AN_ABORT, ORDER, Reaction, joined, policy_for
@@ -49,6 +49,7 @@ def test_what_adds_nothing_changes_nothing(doing, found):
     assert joined(after, doing) is after
 
 
+@settings(max_examples=30)
 @given(st.lists(reactions, min_size=1, max_size=4))
 def test_the_order_of_findings_does_not_matter(found):
     assert len({meaning(reduce(joined, order)) for order in itertools.permutations(found)}) == 1
