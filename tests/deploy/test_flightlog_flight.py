@@ -173,7 +173,7 @@ def test_a_disk_that_fills_up_in_flight_is_said_and_the_flight_goes_on(plan, tmp
 
 def test_records_that_are_lost_are_said_once_each():
     log = SimpleNamespace(dropped=0, failure="", event=lambda *args, **kwargs: None)
-    journal = Journal(log)
+    journal = Journal(log, 10.0)
     for dropped, failure in ((0, ""), (5, ""), (5, ""), (9, ""), (20, "disk gone"), (30, "disk gone")):
         log.dropped, log.failure = dropped, failure
         journal.log_state(1.0, Phase.ON_MISSION)
