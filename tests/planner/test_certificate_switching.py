@@ -112,12 +112,12 @@ def test_an_upload_has_to_fit_between_the_starts():
     line = checks(mission(), bytes_)["upload in flight"]
     requests = 2 * -(-len(bytes_["a"].legs[2].data) // 24) + 1
     assert line.passed
-    rate = min((500.0 / 2 - 105.0) / 2, 50.0)
+    rate = min((500.0 / 2 - 85.0) / 2, 50.0)
     assert 1.5 * requests / rate == pytest.approx(line.value, rel=0.2)  # of the tightest leg
     slow = checks(mission(packet_rate=240.0), bytes_)["upload in flight"]
     assert not slow.passed
     assert "leg" in slow.where
-    none = checks(mission(packet_rate=200.0), bytes_)["upload in flight"]
+    none = checks(mission(packet_rate=160.0), bytes_)["upload in flight"]
     assert (none.passed, none.value) == (False, np.inf)
 
 
