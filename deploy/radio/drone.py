@@ -14,7 +14,7 @@ from cflib.crazyflie import Crazyflie
 
 from deploy.clock import Clock
 from deploy.errors import CommandRefused, LinkError
-from deploy.radio import parameters, telemetry
+from deploy.radio import orders, parameters, telemetry
 from deploy.radio.link import Link, LinkState
 from deploy.radio.memory import MemoryInfo
 from deploy.radio.ping import Pings
@@ -47,6 +47,7 @@ class Drone:
         self._pings = Pings(self._requests)
         self._link = Link(self._crazyflie, clock, self._pings)
         self._stream = Stream(self._crazyflie, clock, name)
+        self._protocol = orders.UNKNOWN
 
     # ------------------------------------------------------------------------------------------------ connection
 
@@ -60,6 +61,7 @@ class Drone:
             self._link.open(self.uri, deadline)
         except LinkError as error:
             raise LinkError(f"{self.name} at {self.uri}: {error}") from None
+        self._protocol = self.protocol  # as long as the link is there to tell it
         # A connection that was closed before leaves a low-level setpoint behind that outranks the high-level
         # commander: without this word every command is accepted and nothing moves.
         self.release_setpoints()
@@ -113,8 +115,11 @@ class Drone:
 
     @property
     def protocol(self) -> int:
-        """CRTP protocol version."""
-        return int(self._crazyflie.platform.get_protocol_version())
+        """CRTP protocol version; -1 before the drone has told it. Outlives the link: cflib forgets it with that."""
+        told = int(self._crazyflie.platform.get_protocol_version())
+        if told != orders.UNKNOWN:
+            self._protocol = told
+        return self._protocol
 
     def firmware(self) -> str:
         """Version of the firmware, as it calls itself; blocks."""
@@ -249,18 +254,22 @@ class Drone:
 
     def request_arming(self, arm: bool) -> None:
         """Ask the supervisor to arm or disarm; watch the state for the outcome."""
-        self._crazyflie.supervisor.send_arming_request(arm)
+        self._order(orders.arm(self.protocol, arm))
 
     def emergency_stop(self) -> None:
         """Stop the motors now: the drone falls, and is locked until it is restarted."""
-        self._crazyflie.supervisor.send_emergency_stop()
+        self._order(orders.emergency_stop(self.protocol))
 
     def feed_watchdog(self) -> None:
         """From the first call on, a second without another stops the motors for good; may block for two seconds."""
         if self.connected:
-            self._crazyflie.supervisor.send_emergency_stop_watchdog()
+            self._order(orders.feed_watchdog(self.protocol))
 
     # ------------------------------------------------------------------------------------------------ inside
+
+    def _order(self, packets: tuple[orders.Order, ...]) -> None:
+        for packet in packets:
+            self._requests.transmit(*packet)
 
     def _require_link(self) -> None:
         """For what cflib does not know of: it forgets a drone's tables with its link."""
