@@ -24,6 +24,10 @@ _ATTENTIVE = 0.01  # [s] between polls of a drone that has nothing to say (cflib
 _RELAXED = 0.05  # [s] the same while nothing disturbs its channel: what such polls would tell is known
 _REMEMBERED = 0.02  # share of the newest exchange in the link quality (cflib: mean of 100)
 _LOCALIZATION = 6
+_LOG_DATA = (5, 2)
+# Log blocks have timers of their own (firmware log.c), started whenever the client's packet came: they do not leave
+# on the stabiliser's tick, on which the model computes them, nor all together.
+_TIMERS = (0.0007, 0.0040, 0.0073, 0.0024, 0.0057, 0.0090)  # [s] after that tick, by number of the block
 
 T = TypeVar("T")
 Deliver = Callable[[int, int, bytes], None]
@@ -183,16 +187,21 @@ class Line:
             elif len(self._answers) >= TRANSMIT_QUEUE:
                 self.dropped += 1
             else:
-                self._answers.append(Down(self.t, port, channel, data))
-                self.due = min(self.due, self.t)
+                leaves = self.t
+                if (port, channel) == _LOG_DATA:
+                    leaves += _TIMERS[data[0] % len(_TIMERS)]
+                if self._answers:
+                    leaves = max(leaves, self._answers[-1].t)
+                self._answers.append(Down(leaves, port, channel, data))
+                self.due = min(self.due, leaves)
 
     # ------------------------------------------------------------------------------------------------ on the air
 
     def exchange(self, now: float, slot: float) -> float:
         """One poll of the drone that begins at ``now`` and takes ``slot`` [s] unless it is repeated; when it ends."""
         self.settle(now)
-        if not (self._failures or self._waiting or self._answers) and now < self._poll:
-            self.due = self._next_wish(self._poll)
+        if now < self._poll and not (self._failures or self._waiting or (self._answers and self._answers[0].t <= now)):
+            self.due = self._next_wish(now)
             return now
         tries, end, failed = 0, now + slot, True
         while tries <= self._model.retries and (failed := not self.reachable or self.fading.fails(now)):
@@ -215,7 +224,7 @@ class Line:
             _, port, channel, data = self._answers.popleft()
             self.falling.append(Down(self._arrival(self.falling, end, self._model.downlink), port, channel, data))
         self._poll = end + max(self._period, _ATTENTIVE if self.fading.is_disturbed else _RELAXED)
-        self.due = end + self._period if self._waiting or self._answers else self._next_wish(self._poll)
+        self.due = end + self._period if self._waiting else self._next_wish(end + self._period)
         return end
 
     def settle(self, now: float) -> None:
@@ -241,9 +250,13 @@ class Line:
         if self._deliver is not None:
             self._poll = self.due = self.t
 
-    def _next_wish(self, poll: float) -> float:
-        """When a line with nothing to exchange has to be looked at: when a packet arrives at the drone, or to poll."""
-        return min(poll, self._rising[0].t) if self._rising else poll
+    def _next_wish(self, earliest: float) -> float:
+        """When a line whose client has nothing to say is looked at: for a packet at the drone or from it, or to poll.
+
+        ``earliest``: when it may exchange again [s].
+        """
+        wish = min(self._poll, max(earliest, self._answers[0].t)) if self._answers else self._poll
+        return min(wish, self._rising[0].t) if self._rising else wish
 
     def _arrival(self, before: deque[Up] | deque[Down], end: float, latency: float) -> float:
         """When a packet exchanged by ``end`` arrives: never before one that was exchanged earlier."""
