@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from html import escape
-from importlib.resources import files
-from string import Template
 
 import numpy as np
 
 from deploy.heat import map_image
-from deploy.report.packing import packed, script_json
+from deploy.report.packing import packed
+from deploy.report.page import Kind, fill
 from missions.information import InformationMap, SeveralMaps
 from missions.schema import Mission
 from missions.shapes import outline
@@ -18,7 +17,8 @@ from planner.pareto.episodes import widest_gap
 from planner.pareto.front import Front, FrontPoint
 
 MOST_SAMPLES = 40_000  # positions of all plans of a page; with more, plans are drawn more coarsely
-_SCRIPTS = ("front.js", "scatter.js", "parallel.js", "trajectories.js", "choose.js")
+_OWN = ("front", "scatter", "parallel", "trajectories", "choose")
+_FRONT = Kind("front/front.html", ("report/page.js", *(f"front/{name}.js" for name in _OWN)), style="front/front.css")
 
 
 def build_front_page(front: Front, file: str) -> str:
@@ -30,17 +30,16 @@ def build_front_page(front: Front, file: str) -> str:
     """
     mission = front.mission
     robots = len(mission.robots)
-    return Template(_read("deploy.front", "front.html")).substitute(
+    return fill(
+        _FRONT,
+        _data(front, file),
         title=escape(f"{mission.name}: front"),
+        kind="Pareto front",
         name=escape(mission.name),
-        description=escape(mission.description),
-        facts=escape(_facts(front, robots)),
+        under={"lede": escape(mission.description), "facts": escape(_facts(front, robots))},
         gap=escape(_gap(front)),
         notes="".join(f"<li>{escape(note)}</li>" for note in front.notes),
         bound=" Dashed: what no plan can be below." if len(front.names) == 2 else "",
-        style=_read("deploy.report", "report.css") + _read("deploy.front", "front.css"),
-        script="\n".join((_read("deploy.report", "page.js"), *(_read("deploy.front", name) for name in _SCRIPTS))),
-        data=script_json(_data(front, file)),
     )
 
 
@@ -104,7 +103,3 @@ def _clock(point: FrontPoint, every: int) -> dict[str, object]:
 def _singles(mission: Mission) -> list[InformationMap]:
     information = mission.information
     return [item.map for item in information.maps] if isinstance(information, SeveralMaps) else [information]
-
-
-def _read(package: str, name: str) -> str:
-    return files(package).joinpath(name).read_text(encoding="utf-8")

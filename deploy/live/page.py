@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 from html import escape
-from importlib.resources import files
-from string import Template
 
-from deploy.report.packing import script_json
+from deploy.report.page import Kind, fill
 from deploy.report.playback import stage_data
 from planner.flightplan import FlightPlan
 
 # ``stand_in.js`` is there before what it stands in for is used, ``live.js`` after everything it feeds.
 _SCRIPTS = (
-    ("deploy.report", "page.js"),
-    ("deploy.report", "scene.js"),
-    ("deploy.live", "stand_in.js"),
-    ("deploy.report", "charts.js"),
-    ("deploy.report", "main.js"),
-    ("deploy.live", "live.js"),
+    "report/page.js",
+    "report/scene.js",
+    "live/stand_in.js",
+    "report/charts.js",
+    "report/main.js",
+    "live/live.js",
 )
+_LIVE = Kind(
+    "live/live.html",
+    _SCRIPTS,
+    style="live/live.css",
+    body=' class="live"',
+    sources="; connect-src 'self' ws://127.0.0.1:* ws://localhost:*",
+)
+_PHASE = '<b id="phase">waiting for the flight</b> <span id="message" aria-live="polite"></span>'
 
 
 def build_page(flight_plan: FlightPlan) -> str:
@@ -27,14 +33,13 @@ def build_page(flight_plan: FlightPlan) -> str:
     unseen = [None] * 3 * len(mission.robots)
     nothing = {"t0": 0.0, "dt": 0.1, "n": 1, "flown": unseen, "planned": unseen, "phases": [], "marks": []}
     data = {"playback": {**stage_data(mission), **nothing}, "charts": [_ergodicity()]}
-    return Template(_read("deploy.live", "live.html")).substitute(
+    return fill(
+        _LIVE,
+        data,
         title=escape(f"{mission.name}: live"),
+        kind="live",
         name=escape(mission.name),
-        style=_read("deploy.report", "report.css") + _read("deploy.live", "live.css"),
-        script="\n".join(_read(*script) for script in _SCRIPTS),
-        data=script_json(data),
-        playback=_read("deploy.report", "playback.html"),
-        bar=_read("deploy.report", "bar.html"),
+        under={"facts": _PHASE},
     )
 
 
@@ -50,7 +55,3 @@ def _ergodicity() -> dict[str, object]:
         "reading": "How well the swarm has covered the map; the line is what is certified for the end of the search.",
         "panels": [panel],
     }
-
-
-def _read(package: str, name: str) -> str:
-    return files(package).joinpath(name).read_text(encoding="utf-8")

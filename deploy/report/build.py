@@ -10,26 +10,27 @@ from deploy.report.charts import all_charts
 from deploy.report.checks import parameters_table, preflight_table
 from deploy.report.delays import delays_table
 from deploy.report.maps import maps_data
-from deploy.report.page import fill
+from deploy.report.page import PLAYED, Kind, fill
 from deploy.report.playback import playback_data
 from deploy.report.replans import replans_table
 from deploy.report.switches import switches_table
 from deploy.report.verdict import diagnoses, verdict
+
+_REPORT = Kind("report/report.html", PLAYED)
 
 
 def build_report(analysis: FlightAnalysis) -> str:
     """The page. Everything in it is inline; a content security policy forbids it to ask for more."""
     mission = analysis.flight_plan.mission
     data = {"playback": playback_data(analysis), "charts": all_charts(analysis), "maps": maps_data(analysis)}
+    robots = f"{len(mission.robots)} robot{'s' if len(mission.robots) > 1 else ''}"
     return fill(
-        "report.html",
+        _REPORT,
         data,
         title=escape(f"{mission.name}: {analysis.verdict.level.name}"),
         name=escape(mission.name),
-        description=escape(mission.description),
         kind="Rehearsal on simulated drones" if analysis.simulated else "Flight",
-        robots=f"{len(mission.robots)} robot{'s' if len(mission.robots) > 1 else ''}",
-        duration=f"{mission.horizon.duration:g} s search",
+        under={"lede": escape(mission.description), "facts": f"{robots} · {mission.horizon.duration:g} s search"},
         verdict=verdict(analysis),
         diagnoses=diagnoses(analysis),
         figures=sections.figures(analysis),

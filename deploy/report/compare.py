@@ -11,12 +11,13 @@ from deploy.analysis.compare import Comparison, Figure
 from deploy.analysis.record import FlightAnalysis
 from deploy.report.charts.chart import Chart, Curve, curve, lines, panel
 from deploy.report.packing import packed
-from deploy.report.page import fill, playback
+from deploy.report.page import PLAYED, Kind, fill, playback
 from deploy.report.playback import flown_positions, playback_data, zero_time
 from deploy.report.tables import Markup, table
 from deploy.report.words import number, scientific
 from missions.arrays import Array
 
+_COMPARISON = Kind("report/compare.html", PLAYED)
 _STEP = 0.1  # s of the curves that are a mean or an extreme over robots
 
 
@@ -26,11 +27,12 @@ def build_comparison(comparison: Comparison) -> str:
     title = " · ".join(comparison.labels)
     data = {"playback": _playback(comparison), "charts": list(_charts(comparison)), "maps": None}
     return fill(
-        "compare.html",
+        _COMPARISON,
         data,
         title=escape(f"{first.name}: {title}"),
         name=escape(title),
-        description=escape(_about(comparison)),
+        kind="flights compared",
+        under={"lede": escape(_about(comparison))},
         verdicts=_verdicts(comparison),
         changes=_changes(comparison),
         figures=_figures(comparison),
