@@ -6,7 +6,6 @@ import numpy as np
 
 from deploy.analysis.align import flown_motion, mission_window
 from deploy.analysis.coverage import coverage
-from deploy.analysis.evidence import Evidence
 from deploy.analysis.health import battery_use, link_use, pose_feed
 from deploy.analysis.meetings import meetings
 from deploy.analysis.record import FlightAnalysis
@@ -14,7 +13,6 @@ from deploy.analysis.separation import separation
 from deploy.analysis.switches import flown_switches, timelines
 from deploy.analysis.timing import Timing, timing
 from deploy.analysis.tracking import Tracking, track
-from deploy.analysis.verdict import judge
 from deploy.flightlog.reader import FlightRecord
 from planner.flightplan import FlightPlan
 from planner.subset import without
@@ -43,27 +41,9 @@ def analyse(record: FlightRecord) -> FlightAnalysis:
         tracking = tuple(track(name, i, motion, window, references[name], course[name]) for i, name in enumerate(names))
     nobody = np.empty((0, len(names), 3))
     apart = separation(mission, motion, search[1] if search else nobody) if motion is not None else None
-    batteries = tuple(battery_use(record, name, window, mission.safety.battery_limit) for name in names)
-    links = tuple(link_use(record, name) for name in names)
-    feeds = tuple(pose_feed(record, name) for name in names)
-    evidence = Evidence(
-        mission,
-        certificate,
-        record,
-        window,
-        motion,
-        coverage=covered,
-        tracking=tracking,
-        timings=timings,
-        separation=apart,
-        batteries=batteries,
-        links=links,
-        feeds=feeds,
-    )
     return FlightAnalysis(
         record=record,
         flight_plan=flown_plan,
-        simulated=record.metadata.get("backend") == "simulated",
         window=window,
         motion=motion,
         coverage=covered,
@@ -72,10 +52,9 @@ def analyse(record: FlightRecord) -> FlightAnalysis:
         switches=flown_switches(record, flown_plan, references),
         separation=apart,
         meetings=meetings(mission, references, search, certificate.indicators, covered.flown),
-        batteries=batteries,
-        links=links,
-        feeds=feeds,
-        verdict=judge(evidence),
+        batteries=tuple(battery_use(record, name, window, mission.safety.battery_limit) for name in names),
+        links=tuple(link_use(record, name) for name in names),
+        feeds=tuple(pose_feed(record, name) for name in names),
     )
 
 

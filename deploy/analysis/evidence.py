@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,26 +17,44 @@ from deploy.analysis.tracking import Tracking
 from deploy.flightlog.reader import FlightRecord
 from missions.schema import Mission
 from planner.certificate.record import Certificate
+from planner.flightplan import FlightPlan
 
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a verdict is made from; sequences are in the mission's order of robots, or empty if there was no search."""
+    """What a verdict is made from.
 
-    mission: Mission
-    certificate: Certificate
+    Attributes:
+        record: the log. flight_plan: what was to be flown, of those who flew.
+        window: when the search was flown; None if it never began.
+        motion: where everybody was; None if nobody was ever seen.
+        coverage, tracking, timings, separation, batteries, links, feeds: the figures, robots in the mission's order;
+            tracking and timings are empty if there was no search.
+    """
+
     record: FlightRecord
+    flight_plan: FlightPlan
     window: MissionWindow | None
     motion: Motion | None
     coverage: Coverage
-    tracking: Sequence[Tracking]
-    timings: Sequence[Timing]
+    tracking: tuple[Tracking, ...]
+    timings: tuple[Timing, ...]
     separation: Separation | None
-    batteries: Sequence[BatteryUse]
-    links: Sequence[LinkUse]
-    feeds: Sequence[PoseFeed]
+    batteries: tuple[BatteryUse, ...]
+    links: tuple[LinkUse, ...]
+    feeds: tuple[PoseFeed, ...]
+
+    @property
+    def mission(self) -> Mission:
+        """What was to be flown, in its author's words."""
+        return self.flight_plan.mission
+
+    @property
+    def certificate(self) -> Certificate:
+        """Of the bytes that flew."""
+        return self.flight_plan.certificate
 
     @property
     def names(self) -> tuple[str, ...]:

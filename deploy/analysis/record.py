@@ -3,57 +3,44 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
-from deploy.analysis.align import MissionWindow, Motion
-from deploy.analysis.coverage import Coverage
+from deploy.analysis.evidence import Evidence
 from deploy.analysis.findings import Verdict
-from deploy.analysis.health import BatteryUse, LinkUse, PoseFeed
 from deploy.analysis.meetings import PairMeetings
-from deploy.analysis.separation import Separation
 from deploy.analysis.switches import FlownSwitch
-from deploy.analysis.timing import Timing
-from deploy.analysis.tracking import Tracking
-from deploy.flightlog.reader import FlightRecord
-from planner.flightplan import FlightPlan
+from deploy.analysis.verdict import judge
 
 
 @dataclass(frozen=True)
-class FlightAnalysis:
+class FlightAnalysis(Evidence):
     """A flight, judged.
 
     Attributes:
-        record: the log. flight_plan: what was to be flown. simulated: whether it was a rehearsal.
-        window: when the search was flown; None if it never began.
-        motion: where everybody was; None if nobody was ever seen.
         switches: where legs of trajectories followed one another; empty if everybody had one.
-        coverage, tracking, timings, separation, meetings, batteries, links, feeds: the figures,
-            robots in the mission's order.
-        verdict: what to think of it.
+        meetings: of every pair, in the order of the mission's robots.
     """
 
-    record: FlightRecord
-    flight_plan: FlightPlan
-    simulated: bool
-    window: MissionWindow | None
-    motion: Motion | None
-    coverage: Coverage
-    tracking: tuple[Tracking, ...]
-    timings: tuple[Timing, ...]
     switches: tuple[FlownSwitch, ...]
-    separation: Separation | None
     meetings: tuple[PairMeetings, ...]
-    batteries: tuple[BatteryUse, ...]
-    links: tuple[LinkUse, ...]
-    feeds: tuple[PoseFeed, ...]
-    verdict: Verdict
+
+    @functools.cached_property
+    def verdict(self) -> Verdict:
+        """What to think of it."""
+        return judge(self)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it was a rehearsal."""
+        return self.record.metadata.get("backend") == "simulated"
 
     def summary(self) -> dict[str, object]:
         """The figures for machines: plain JSON, what is not known is null."""
         flown = self.coverage.flown
         out = {
-            "mission": self.flight_plan.mission.name,
+            "mission": self.mission.name,
             "verdict": self.verdict.level.name,
             "findings": [{**dataclasses.asdict(item), "level": item.level.name} for item in self.verdict.findings],
             "simulated": self.simulated,
