@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
 from deploy.clock import SystemClock
 from deploy.errors import LinkError
 from deploy.execute import Equipment, check, fly
-from deploy.flight.records import FlightOutcome, FlightStatus
+from deploy.flight.records import FlightOutcome
 from deploy.flightlog.attachments import attachments
 from deploy.flightlog.writer import FlightLog
-from deploy.operator import Operator
 from deploy.preflight import PreflightReport
 from deploy.radio.cache import toc_cache
 from deploy.radio.drivers import initialise, require_crazyradio
 from deploy.replanner import Replanner
+from deploy.watch import Watch
 from missions.schema import Mission
 from mocap.source import MocapSource
 from planner.flightplan import FlightPlan
@@ -58,11 +57,8 @@ def fly_hardware(
     *,
     log_path: str | Path,
     mocap: Callable[[SystemClock], MocapSource | None],
-    operator: Operator,
-    observer: Callable[[FlightStatus], None] | None = None,
-    tap: Callable[[int, str, bytes], None] | None = None,
+    watch: Watch,
     replanner: Replanner | None = None,
-    new_map: Callable[[], str | None] = lambda: None,
 ) -> tuple[FlightOutcome, Path]:
     """Fly a plan on real drones.
 
@@ -70,11 +66,8 @@ def fly_hardware(
         flight_plan: what to fly.
         log_path: flight log to write; must not exist.
         mocap: makes the motion capture on the flight's clock; returns None for on-board positioning.
-        operator: who may end the flight.
-        observer: told ten times a second how it goes.
-        tap: is told every record of the log, as ``FlightLog.tap``.
+        watch: who may end the flight, and who is told how it goes.
         replanner: who plans anew when the map changes; None: nobody.
-        new_map: a map that somebody has told, as text, once; None: nothing new.
 
     Returns:
         How it ended, and the log (``<log_path>.part`` if the disk failed meanwhile).
@@ -82,11 +75,7 @@ def fly_hardware(
     Raises:
         LinkError: no radio, or no URIs. DeployError: as ``fly``.
     """
-
-    def act(plan: FlightPlan, equipment: Equipment) -> FlightOutcome:
-        return fly(plan, replace(equipment, replanner=replanner, new_map=new_map))
-
-    return _on_hardware(act, flight_plan, log_path, mocap, operator, observer, tap)
+    return _on_hardware(fly, flight_plan, log_path, mocap, watch, replanner)
 
 
 def check_hardware(
@@ -94,12 +83,10 @@ def check_hardware(
     *,
     log_path: str | Path,
     mocap: Callable[[SystemClock], MocapSource | None],
-    operator: Operator,
-    observer: Callable[[FlightStatus], None] | None = None,
-    tap: Callable[[int, str, bytes], None] | None = None,
+    watch: Watch,
 ) -> tuple[PreflightReport, Path]:
     """Make every pre-flight check on real drones and fly nothing; as :func:`fly_hardware` else."""
-    return _on_hardware(check, flight_plan, log_path, mocap, operator, observer, tap)
+    return _on_hardware(check, flight_plan, log_path, mocap, watch)
 
 
 def _on_hardware(
@@ -107,9 +94,8 @@ def _on_hardware(
     flight_plan: FlightPlan,
     log_path: str | Path,
     mocap: Callable[[SystemClock], MocapSource | None],
-    operator: Operator,
-    observer: Callable[[FlightStatus], None] | None,
-    tap: Callable[[int, str, bytes], None] | None,
+    watch: Watch,
+    replanner: Replanner | None = None,
 ) -> tuple[T, Path]:
     uris = prepare_links(flight_plan.mission)
     clock = SystemClock()
@@ -117,9 +103,10 @@ def _on_hardware(
     try:
         metadata = {**flight_plan.versions, "backend": "hardware"}
         with FlightLog(log_path, clock.epoch, attachments(flight_plan, uris), metadata) as log:
-            log.tap = tap
-            cache = toc_cache("hardware")
-            result = act(flight_plan, Equipment(uris, source, clock, log, operator, observer, cache))
+            log.tap = watch.tap
+            cache, told = toc_cache("hardware"), watch.observer
+            equipment = Equipment(uris, source, clock, log, watch.operator, told, cache, replanner, watch.new_map)
+            result = act(flight_plan, equipment)
     finally:
         if source is not None:
             source.close()

@@ -67,14 +67,7 @@ def run(args: argparse.Namespace) -> int:
     log_path = args.output / f"{stamp}_{flight_plan.mission.name}.mcap"
     if args.check_only:
         with watched(flight_plan, live=args.live) as watch:
-            report, _ = check_hardware(
-                flight_plan,
-                log_path=log_path,
-                mocap=mocap,
-                operator=watch.operator,
-                observer=watch.observer,
-                tap=watch.tap,
-            )
+            report, _ = check_hardware(flight_plan, log_path=log_path, mocap=mocap, watch=watch)
         return print_preflight(report.checks)
     try:
         with (
@@ -82,14 +75,7 @@ def run(args: argparse.Namespace) -> int:
             watched(flight_plan, control=args.control, live=args.live) as watch,
         ):
             outcome, log_path = fly_hardware(
-                flight_plan,
-                log_path=log_path,
-                mocap=mocap,
-                operator=watch.operator,
-                observer=watch.observer,
-                tap=watch.tap,
-                replanner=replanner,
-                new_map=watch.new_map,
+                flight_plan, log_path=log_path, mocap=mocap, watch=watch, replanner=replanner
             )
     except (FlightAborted, FleetError, PreflightError) as error:
         return print_called_off(error)

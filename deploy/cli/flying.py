@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rich.markup import escape
 
@@ -16,25 +16,13 @@ if TYPE_CHECKING:
 
     from deploy.errors import DeployError
     from deploy.flight.records import FlightOutcome, FlightStatus
-    from deploy.operator import Operator
     from deploy.preflight import PreflightCheck
     from deploy.scenario.killed import HostDied
+    from deploy.watch import Watch
     from planner.flightplan import FlightPlan
 
 HINT = "Ctrl-C lands everybody; twice stops the motors"
 KEYS_HINT = "keys: l land, h hold, a abort to the pads, X stop the motors; Ctrl-C lands, twice stops"
-
-
-class Watch(NamedTuple):
-    """Who watches a flight.
-
-    The operator's voice, the observer, who is told every record (``FlightLog.tap``), and maps that the operator tells.
-    """
-
-    operator: Operator
-    observer: Callable[[FlightStatus], None]
-    tap: Callable[[int, str, bytes], None] | None
-    new_map: Callable[[], str | None]
 
 
 @contextmanager
@@ -54,6 +42,7 @@ def watched(flight_plan: FlightPlan, *, control: int | None = None, live: int | 
     from deploy.control import listening
     from deploy.live import live as serving
     from deploy.operator import interrupts
+    from deploy.watch import Watch
 
     with ExitStack() as inside:
         operator = inside.enter_context(interrupts())

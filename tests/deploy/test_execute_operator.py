@@ -9,6 +9,7 @@ from deploy.errors import LinkError
 from deploy.hardware import fly_hardware, uris_of
 from deploy.operator import Interrupts, interrupts
 from deploy.radio.drivers import require_crazyradio
+from deploy.watch import Watch
 from missions.schema import Robot
 from tests.deploy.flight_bench import small_mission, small_plan
 
@@ -61,5 +62,5 @@ def test_no_radio_is_one_clear_line(monkeypatch, tmp_path, answer):
     robots = tuple(dataclasses.replace(r, uri=f"radio://0/80/2M/E7E7E7E70{i}") for i, r in enumerate(mission.robots))
     plan = dataclasses.replace(small_plan(mission), mission=dataclasses.replace(mission, robots=robots))
     with pytest.raises(LinkError, match="no Crazyradio found"):
-        fly_hardware(plan, log_path=tmp_path / "x.mcap", mocap=lambda clock: None, operator=Interrupts())
+        fly_hardware(plan, log_path=tmp_path / "x.mcap", mocap=lambda clock: None, watch=Watch(Interrupts()))
     assert not list(tmp_path.iterdir())
