@@ -1,4 +1,4 @@
-"""Any model of motion written as CasADi expressions: rollout and sensitivities by CasADi, adjoint in NumPy.
+"""Any model of motion written as CasADi expressions: rollout and adjoint by CasADi, on NumPy's memory.
 
 CasADi is an optional package: ``pip install ergoflie[casadi]``.
 """
@@ -14,30 +14,32 @@ import numpy as np
 from missions.arrays import Array, frozen
 from missions.dynamics import CasadiModel
 from planner.dynamics.base import Cotangent, Linearisation, Motion, StateGradient
-from planner.dynamics.expressions import Expression, casadi, translate
+from planner.dynamics.expressions import Expression, casadi, evaluated, translate
 
 
 @dataclass(frozen=True)
 class Model:
-    """dx/dt = f(x, u) and the position q(x), as CasADi functions over all robots and instants at once.
+    """dx/dt = f(x, u) and the position q(x), as CasADi functions of one robot and instant.
 
     Attributes:
         states: n. controls: m. axes: ν.
         step: (x, u) → x after one substep (Runge-Kutta 4), u held.
-        sensitivities: (x, u) → ∂step/∂x, ∂step/∂u.
+        adjoint: (a, x, u, w) → (∂step/∂x)ᵀ a + w, (∂step/∂u)ᵀ a.
         rate: (x, u) → ∂f/∂x, ∂f/∂u.
         output: (x, u) → q, dq/dt.
-        output_sensitivities: (x, u) → ∂q/∂x, ∂(dq/dt)/∂x, ∂(dq/dt)/∂u.
+        output_adjoint: (x, u, a, b) → by x and by u the gradient of a·q + b·dq/dt.
+        massive: whether dq/dt does not depend on u: controls change velocities, they do not set them.
     """
 
     states: int
     controls: int
     axes: int
     step: Any
-    sensitivities: Any
+    adjoint: Any
     rate: Any
     output: Any
-    output_sensitivities: Any
+    output_adjoint: Any
+    massive: bool
 
 
 def build_model(x: Expression, u: Expression, derivative: Expression, position: Expression, dt: float) -> Model:
@@ -61,19 +63,27 @@ def build_model(x: Expression, u: Expression, derivative: Expression, position: 
     k4 = f(x + dt * k3, u)
     after = x + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     velocity = ca.jtimes(position, x, derivative)
-    q_x, v_x, v_u = (ca.densify(ca.jacobian(a, b)) for a, b in ((position, x), (velocity, x), (velocity, u)))
-    jacobians = [ca.densify(ca.jacobian(after, x)), ca.densify(ca.jacobian(after, u))]
+    nu = position.numel()
+    a, w, to_q, to_v = (
+        ca.SX.sym(name, size) for name, size in (("a", x.numel()), ("w", x.numel()), ("q", nu), ("v", nu))
+    )
+
+    def function(name: str, arguments: list[Expression], results: list[Expression]) -> Any:  # noqa: ANN401
+        return ca.Function(name, arguments, [ca.densify(result) for result in results])
+
+    def transposed(by: Expression) -> Expression:
+        return ca.jtimes(position, by, to_q, True) + ca.jtimes(velocity, by, to_v, True)
+
     return Model(
         states=x.numel(),
         controls=u.numel(),
-        axes=position.numel(),
-        step=ca.Function("step", [x, u], [ca.densify(after)]),
-        sensitivities=ca.Function("sensitivities", [x, u], jacobians),
-        rate=ca.Function(
-            "rate", [x, u], [ca.densify(ca.jacobian(derivative, x)), ca.densify(ca.jacobian(derivative, u))]
-        ),
-        output=ca.Function("output", [x, u], [ca.densify(position), ca.densify(velocity)]),
-        output_sensitivities=ca.Function("output_sensitivities", [x, u], [q_x, v_x, v_u]),
+        axes=nu,
+        step=function("step", [x, u], [after]),
+        adjoint=function("adjoint", [a, x, u, w], [ca.jtimes(after, x, a, True) + w, ca.jtimes(after, u, a, True)]),
+        rate=function("rate", [x, u], [ca.jacobian(derivative, x), ca.jacobian(derivative, u)]),
+        output=function("output", [x, u], [position, velocity]),
+        output_adjoint=function("output_adjoint", [x, u, to_q, to_v], [transposed(x), transposed(u)]),
+        massive=not ca.depends_on(velocity, u),
     )
 
 
@@ -121,40 +131,36 @@ class CasadiDynamics:
         return self._outputs(self._states(u), u)
 
     def pull(self, motion: Motion, cotangent: Cotangent) -> Array:
-        """Gradient (T, N, m) with respect to u: the sensitivities' transposes, backwards in time."""
-        to_x, to_u = self._to_states(motion, cotangent, between=True)
+        """Gradient (T, N, m) with respect to u: the adjoint state, backwards in time."""
         states, held = self._states(motion.u), self._held(motion.u)
-        A, B = self._evaluated(self._sensitivity, states[:-1], held[:-1])
-        At, Bt = np.swapaxes(A, -1, -2), np.swapaxes(B, -1, -2)
-        adjoint = to_x[-1][..., None]
-        for k in reversed(range(len(A))):
-            to_u[k // self.substeps] += (Bt[k] @ adjoint)[..., 0]
-            adjoint = At[k] @ adjoint + to_x[k][..., None]
+        to_x, to_u = self._to_states(states, held, cotangent, between=True)
+        s = self.substeps
+        for i in range(len(self.start)):
+            backwards = (states[-2::-1, i], held[-2::-1, i], to_x[-2::-1, i])
+            _, by_u = evaluated(self._back, to_x[-1, i], *backwards)
+            to_u[:, i] += by_u[::-1, :, 0].reshape(self.steps, s, -1).sum(axis=1)
         return to_u
 
-    def _to_states(self, motion: Motion, cotangent: Cotangent, *, between: bool) -> tuple[Array, Array]:
+    def _to_states(self, states: Array, held: Array, cotangent: Cotangent, *, between: bool) -> tuple[Array, Array]:
         """Gradient by the states at the substeps (sT+1, N, n) and by the controls (T, N, m)."""
-        s = self.substeps
-        q_x, v_x, v_u = self._evaluated(self._output_sensitivity, self._states(motion.u), self._held(motion.u))
-        to_q = np.zeros((*q_x.shape[:2], self.model.axes))
+        s, shape = self.substeps, (*states.shape[:2], self.model.axes)
+        to_q, to_v = (cotangent.q_fine.copy() if between else np.zeros(shape)), np.zeros(shape)
         to_q[::s] += cotangent.q
-        if between:
-            to_q += cotangent.q_fine
-        to_x: Array = np.einsum("tnqx,tnq->tnx", q_x, to_q)
-        to_x[::s] += np.einsum("tnqx,tnq->tnx", v_x[::s], cotangent.v)
-        by_v = np.einsum("tnqu,tnq->tnu", v_u[::s], cotangent.v)
-        to_u = cotangent.u + by_v[:-1]
-        to_u[-1] += by_v[-1]
+        to_v[::s] += cotangent.v
+        to_x, by_u = (part[..., 0] for part in self._at_all(self._output_adjoint, states, held, to_q, to_v))
+        to_u = cotangent.u + by_u[:-1].reshape(self.steps, s, *by_u.shape[1:]).sum(axis=1)
+        to_u[-1] += by_u[-1]
         return to_x, to_u
 
     def linearise(self, motion: Motion) -> Linearisation:
         """∂f/∂x and ∂f/∂u at the steps."""
-        A, B = self._evaluated(self._rate, self._states(motion.u)[: -1 : self.substeps], motion.u)
+        A, B = self._at_all(self._rate, self._states(motion.u)[: -1 : self.substeps], motion.u)
         return Linearisation(A, B)
 
     def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
         """By x and u."""
-        to_x, to_u = self._to_states(motion, cotangent, between=False)
+        states, held = self._states(motion.u), self._held(motion.u)
+        to_x, to_u = self._to_states(states, held, cotangent, between=False)
         return StateGradient(to_x[: -1 : self.substeps], to_u)
 
     def _held(self, u: Array) -> Array:
@@ -167,45 +173,40 @@ class CasadiDynamics:
         states = np.empty((len(held) + 1, len(self.start), self.model.states))
         states[0] = self.start
         for i, start in enumerate(self.start):
-            states[1:, i] = self._roll(start, held[:, i].T).full().T
+            states[1:, i] = evaluated(self._roll, start, held[:, i])[0][..., 0]
         return states
 
     def _outputs(self, states: Array, u: Array) -> Motion:
-        q, v = self._evaluated(self._output, states, self._held(u))
-        q, v, s = q[..., 0], v[..., 0], self.substeps
+        q, v = (part[..., 0] for part in self._at_all(self._output, states, self._held(u)))
+        s = self.substeps
         return Motion(q[::s].copy(), v[::s].copy(), u, q)
+
+    @staticmethod
+    def _at_all(mapped: Any, x: Array, *others: Array) -> list[Array]:  # noqa: ANN401 - a CasADi function
+        """Outputs (S, N, rows, columns) of a mapped function at every instant and robot."""
+        count = x.shape[0] * x.shape[1]
+        results = evaluated(mapped, *(value.reshape(count, -1) for value in (x, *others)))
+        return [result.reshape(*x.shape[:2], *result.shape[1:]) for result in results]
 
     @cached_property
     def _roll(self) -> Any:  # noqa: ANN401 - a CasADi function
         return self.model.step.mapaccum(self.steps * self.substeps)
 
     @cached_property
+    def _back(self) -> Any:  # noqa: ANN401 - a CasADi function
+        return self.model.adjoint.mapaccum(self.steps * self.substeps)
+
+    @cached_property
     def _output(self) -> Any:  # noqa: ANN401 - a CasADi function
         return self.model.output.map((self.steps * self.substeps + 1) * len(self.start))
 
     @cached_property
-    def _sensitivity(self) -> Any:  # noqa: ANN401 - a CasADi function
-        return self.model.sensitivities.map(self.steps * self.substeps * len(self.start))
+    def _output_adjoint(self) -> Any:  # noqa: ANN401 - a CasADi function
+        return self.model.output_adjoint.map((self.steps * self.substeps + 1) * len(self.start))
 
     @cached_property
     def _rate(self) -> Any:  # noqa: ANN401 - a CasADi function
         return self.model.rate.map(self.steps * len(self.start))
-
-    @cached_property
-    def _output_sensitivity(self) -> Any:  # noqa: ANN401 - a CasADi function
-        return self.model.output_sensitivities.map((self.steps * self.substeps + 1) * len(self.start))
-
-    @staticmethod
-    def _evaluated(mapped: Any, x: Array, u: Array) -> list[Array]:  # noqa: ANN401 - a CasADi function
-        """Outputs (S, N, rows, columns) of a mapped function at every instant and robot."""
-        instants, robots = x.shape[:2]
-        count = instants * robots
-        outputs = []
-        for result in mapped(x.reshape(count, -1).T, u.reshape(count, -1).T):
-            flat = result.full()  # (rows, columns of every instant and robot side by side)
-            split: Array = flat.reshape(len(flat), instants, robots, -1)
-            outputs.append(split.transpose(1, 2, 0, 3))
-        return outputs
 
 
 def casadi_dynamics(model: CasadiModel, positions: Array, steps: int, dt: float, substeps: int = 2) -> CasadiDynamics:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from missions.arrays import Array
 from planner.errors import PlannerError
 
 Expression = Any  # a CasADi SX or MX; the package has no types
@@ -69,3 +70,28 @@ def translate(text: str, symbols: Mapping[str, Expression]) -> Expression:
         raise PlannerError(f"got {ast.dump(node)[:60]} in {text[:60]!r}; allowed: arithmetic of states and controls")
 
     return visit(ast.parse(text.strip(), mode="eval"))
+
+
+def evaluated(function: Any, *arguments: Array) -> list[Array]:  # noqa: ANN401 - a CasADi function
+    """A function whose results are dense, evaluated on NumPy's memory: CasADi's own conversions take longer than it.
+
+    Args:
+        function: of columns, or mapped over columns.
+        arguments: (n,) columns or (count, n) rows, one a column of the function's argument.
+
+    Returns:
+        (count, n, m) each: matrices, of one column where a result is a vector.
+    """
+    kept = [np.ascontiguousarray(argument, dtype=np.float64) for argument in arguments]
+    count = max((len(argument) for argument in kept if argument.ndim > 1), default=1)
+    buffer, run = function.buffer()
+    results = []
+    for index, argument in enumerate(kept):
+        buffer.set_arg(index, argument.data)
+    for index in range(function.n_out()):
+        rows, columns = function.size_out(index)
+        result = np.empty((count, columns // count, rows))  # CasADi's order: column after column
+        buffer.set_res(index, result.data)
+        results.append(result.transpose(0, 2, 1))
+    run()
+    return results
