@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal
+from typing import Unpack
 
 from deploy.flight.courses import Courses
+from deploy.flightlog.events import Details
 from deploy.flightlog.writer import FlightLog
 from deploy.phases import Phase
 from deploy.radio.drone import Drone
 from deploy.radio.telemetry import Estimate, Record, Status, Target
-
-Level = Literal["info", "warning", "fault"]
 
 
 class Journal:
@@ -33,20 +32,10 @@ class Journal:
         self.message = ""
         self._lost, self._failed = 0, False
 
-    def event(
-        self,
-        t: float,
-        phase: Phase,
-        name: str,
-        text: str,
-        *,
-        robot: str = "",
-        level: Level = "info",
-        value: float | None = None,
-        kind: str = "",
-    ) -> None:
+    def event(self, t: float, phase: Phase, name: str, text: str, **details: Unpack[Details]) -> None:
         """Something that happened at flight time t [s]."""
-        self.log.event(t, name, text, phase=phase.value, robot=robot, level=level, value=value, kind=kind)
+        self.log.event(t, name, text, phase=phase.value, **details)
+        robot, level = details.get("robot"), details.get("level")
         self.message = f"{robot}: {text}" if robot else text
         if level == "fault":
             self.faults.append(self.message)

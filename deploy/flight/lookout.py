@@ -7,12 +7,12 @@ from collections.abc import Callable, Collection
 from functools import partial
 
 from deploy.flight.courses import Courses
-from deploy.flight.journal import Level
 from deploy.flight.poses import Poses
 from deploy.flight.reactions import Reaction, policy_for, strongest
 from deploy.flight.seen import Finding, Limits, Seen, Vec3
 from deploy.flight.separations import AHEAD, ahead
 from deploy.flight.watch import Watch, tilt
+from deploy.flightlog.events import Level
 from deploy.radio.fleet import Fleet
 from missions.schema import Mission
 from mocap.gate import Incident

@@ -10,13 +10,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Collection
 from functools import reduce
-from typing import TypeVar
+from typing import TypeVar, Unpack
 
 from deploy.aside import Aside
 from deploy.clock import Clock
 from deploy.flight.courses import Courses
 from deploy.flight.deadlines import Deadline, planned
-from deploy.flight.journal import Journal, Level
+from deploy.flight.journal import Journal
 from deploy.flight.lookout import Lookout
 from deploy.flight.picture import Picture
 from deploy.flight.poses import Poses
@@ -25,6 +25,7 @@ from deploy.flight.records import Ready
 from deploy.flight.rescue import Rescue
 from deploy.flight.timing import Timing
 from deploy.flight.whereabouts import Whereabouts
+from deploy.flightlog.events import Details, Level
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Operator
 from deploy.phases import Phase, Phases
@@ -122,19 +123,9 @@ class Flight:
         """How long what is under way may take yet [s]."""
         return self._deadline.left(self.clock.now())
 
-    def event(
-        self,
-        name: str,
-        text: str,
-        *,
-        robot: str = "",
-        level: Level = "info",
-        value: float | None = None,
-        kind: str = "",
-    ) -> None:
+    def event(self, name: str, text: str, **details: Unpack[Details]) -> None:
         """Write down something that happens now."""
-        now, phase = self.clock.now(), self.phases.now
-        self.journal.event(now, phase, name, text, robot=robot, level=level, value=value, kind=kind)
+        self.journal.event(self.clock.now(), self.phases.now, name, text, **details)
 
     def fault(self, name: str, robot: str, text: str) -> None:
         """Write down a fault; it is the drone's note from now on."""

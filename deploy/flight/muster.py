@@ -18,8 +18,8 @@ from typing import TypeAlias
 from deploy.errors import DeployError, FlightAborted, LinkError, UploadError
 from deploy.flight import ground
 from deploy.flight.ground import Failures
-from deploy.flight.journal import Level
 from deploy.flight.loop import Flight
+from deploy.flightlog.events import Level
 from deploy.phases import Phase
 from deploy.preflight import (
     PASSING,

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Literal, Self
 
 from deploy.flightlog.encode import NANOSECONDS, log_line, pose_to_json, to_json, vectors_to_json
+from deploy.flightlog.events import Level
 from deploy.flightlog.recorder import ATTACHED, Recorder
 from deploy.flightlog.topics import find_topic
 
@@ -141,7 +142,7 @@ class FlightLog:
         *,
         phase: str = "",
         robot: str = "",
-        level: Literal["info", "warning", "fault"] = "info",
+        level: Level = "info",
         value: float | None = None,
         kind: str = "",
     ) -> None:

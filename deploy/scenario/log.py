@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Unpack
 
+from deploy.flightlog.events import Details
 from deploy.flightlog.writer import FlightLog
 
 
@@ -13,19 +14,8 @@ class RehearsalLog(FlightLog):
 
     listener: Callable[[float, str, str], None] | None = None
 
-    def event(
-        self,
-        t: float,
-        name: str,
-        text: str,
-        *,
-        phase: str = "",
-        robot: str = "",
-        level: Literal["info", "warning", "fault"] = "info",
-        value: float | None = None,
-        kind: str = "",
-    ) -> None:
+    def event(self, t: float, name: str, text: str, *, phase: str = "", **details: Unpack[Details]) -> None:
         """Write it down and tell the listener."""
-        super().event(t, name, text, phase=phase, robot=robot, level=level, value=value, kind=kind)
+        super().event(t, name, text, phase=phase, **details)
         if self.listener is not None:
             self.listener(t, name, text)
