@@ -38,16 +38,17 @@ class Lookout:
         self.down: set[str] = set()
         self.largest_error = dict.fromkeys(fleet, 0.0)
 
-    def look(self, now: float, searching: bool, *, aborting: bool = False) -> Reaction | None:
+    def look(self, now: float, searching: bool, *, moving: bool = False, aborting: bool = False) -> Reaction | None:
         """Look at everybody; what the flight has to do about it, if anything.
 
         Args:
             now: flight time [s].
             searching: whether trajectories are followed, or their ends kept.
+            moving: whether the plan's moves to the search or back are, or their ends.
             aborting: whether the flight ends early already.
         """
         due: list[Finding] = []
-        for finding in self._watch.look(now, self._seen(now, searching)):
+        for finding in self._watch.look(now, self._seen(now, searching, moving)):
             level: Level = "fault" if finding.level == "abort" else "warning"
             self._tell(finding.kind, finding.text, finding.robot, level, finding.value, "")
             lost = finding.name == "link"
@@ -79,10 +80,10 @@ class Lookout:
 
     # ------------------------------------------------------------------------------------------------ inside
 
-    def _seen(self, now: float, searching: bool) -> list[Seen]:
-        return [self._one(name, now, searching) for name in self._fleet if name not in self.down]
+    def _seen(self, now: float, searching: bool, moving: bool) -> list[Seen]:
+        return [self._one(name, now, searching, moving) for name in self._fleet if name not in self.down]
 
-    def _one(self, name: str, now: float, searching: bool) -> Seen:
+    def _one(self, name: str, now: float, searching: bool, moving: bool) -> Seen:
         drone, located = self._fleet[name], self._poses.located(name)
         status, estimate = drone.status, drone.estimate
         position = None if located is None else located.pose.position
@@ -96,7 +97,7 @@ class Lookout:
             name,
             position,
             math.inf if located is None else now - located.t,
-            reference,
+            self._courses.at(name, then) if moving else reference,
             status.supervisor if status else None,
             status.battery_low if status else False,
             now - drone.heard,

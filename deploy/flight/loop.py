@@ -218,6 +218,11 @@ class Flight:
         """Whether trajectories are followed, or their ends kept."""
         return self.courses.search.begun and self.phases.now in (Phase.ON_MISSION, Phase.HOLDING)
 
+    @property
+    def moving(self) -> bool:
+        """Whether the plan's moves between pads and search are flown, or their ends kept; not while they climb."""
+        return self.phases.now in (Phase.TRANSFERRING, Phase.SETTLING, Phase.RETURNING)
+
     # ------------------------------------------------------------------------------------------------ inside
 
     def _react(self, reaction: Reaction) -> None:
@@ -252,7 +257,8 @@ class Flight:
                 self.event("link", f"back after {silent:.1f} s", robot=name, level="warning", value=silent)
                 self.on_return(name)
             if look:
-                found.append(self.lookout.look(now, self.searching, aborting=self.doing is not None))
+                aborting = self.doing is not None
+                found.append(self.lookout.look(now, self.searching, moving=self.moving, aborting=aborting))
         else:
             found.append(self._lost_on_the_ground())
         return [reaction for reaction in found if reaction is not None]

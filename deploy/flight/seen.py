@@ -57,7 +57,7 @@ class Seen:
 
     Attributes:
         position: [m], None if never seen. age: of the position [s].
-        reference: where it should be [m]; None outside the search.
+        reference: where it should be [m]; None while it takes off, lands, or the flight ends early.
         supervisor: None before the first telemetry. battery_low: the firmware's word.
         silence: time since its last packet [s]. lost: why the link is gone; empty while it is up.
         untold: time since its last telemetry [s].
