@@ -15,6 +15,7 @@ from mocap.track import Word
 
 Vec3 = tuple[float, float, float]
 STALE = 0.1  # s; an older pose would pull the estimate back
+HEALTH_OVER = 1.0  # s that the state of the motion capture is told of
 
 
 @dataclass(frozen=True)
@@ -110,17 +111,22 @@ class Poses:
         """Write the state of the motion capture to the log; about once a second."""
         if self._source is None:
             return
-        recent = [arrival for arrival in self._arrivals if arrival.t > now - 1.0]
-        delays = [1000.0 * arrival.delay for arrival in recent]
+        since = now - HEALTH_OVER
+        while self._arrivals and self._arrivals[0].t <= since:
+            self._arrivals.popleft()
+        while self._sent and self._sent[0] <= since:
+            self._sent.popleft()
+        # Frames may come out of order; what is sent is in the order of the flight clock.
+        delays = [1000.0 * arrival.delay for arrival in self._arrivals if arrival.t > since]
         bodies = self._last.bodies if self._last else {}
         doubtful = self._last.doubtful if self._last else ()
         record = {
-            "rate": float(len(recent)),
+            "rate": len(delays) / HEALTH_OVER,
             "age": now - self._last.t if self._last else None,
             "latency_ms": sum(delays) / len(delays) if delays else None,
             "worst_latency_ms": max(delays, default=None),
             "stale": sum(delay > 1000.0 * STALE for delay in delays),
-            "sent": float(sum(t > now - 1.0 for t in self._sent)),
+            "sent": len(self._sent) / HEALTH_OVER,
             "bodies": len(bodies),
             "points": len(self._last.points) if self._last else 0,
             "missing": [robot for robot, body in self._bodies.items() if body not in bodies],
