@@ -8,7 +8,7 @@ import pytest
 
 import deploy.flight.legs
 from deploy.errors import LinkError, UploadError
-from deploy.flight.legs import Talk
+from deploy.flight.talk import Talk
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
 from deploy.radio import highlevel, memory
