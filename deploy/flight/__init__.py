@@ -21,7 +21,9 @@
     commands.py     commands with answers
     muster.py       who flies: tried again, left behind, or nobody
     ground.py       connect, set up, settle the estimators, check, upload, arm
-    legs.py         legs of long trajectories: uploaded and started in flight
+    talk.py         a conversation with one drone, a packet at a time
+    chain.py        legs of one robot's long trajectory: uploaded and started in flight
+    legs.py         everybody's
     passages.py     take off, the moves to the starts and back
     manoeuvres.py   start together, search, land
     stops.py        where everybody comes to a stop, and who waits elsewhere

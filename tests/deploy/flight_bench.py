@@ -8,6 +8,7 @@ from deploy.execute import Equipment, fly
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Interrupts
 from deploy.rehearsal import Stage
+from missions.loader import parse_mission
 from missions.schema import Flight, Gaussian, GaussianMixtureMap, Horizon, Limits, Mission, Robot, Workspace
 from planner.certificate.certify import certify
 from planner.flightplan import FlightPlan
@@ -22,6 +23,27 @@ STARTS = {"cf1": (0.5, 0.5), "cf2": (1.5, 0.5)}
 PADS = {"cf1": (0.5, 0.4), "cf2": (1.5, 0.4)}
 SHIFT = (0.3, 0.5)
 DURATION = 3.0
+TEXT = """
+schema_version: 1
+name: small
+workspace: {{lower: [0.0, 0.0], upper: [2.5, 2.0]}}
+horizon: {{duration: 3.0, dt: 0.1}}
+information: {{type: gaussians, components: [{{mean: [1.0, 1.0], covariance: 0.1}}]}}
+robots:
+  - {{name: cf1, start: [0.5, 0.5], pad: [0.5, 0.4]{cf1}}}
+  - {{name: cf2, start: [1.5, 0.5], pad: [1.5, 0.4]{cf2}}}
+limits: {{acceleration: 1.0, speed: 1.0, separation: 0.3}}
+flight: {{takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}}
+{more}"""
+
+
+def small_text(cf1="", cf2="", more=""):
+    """The small mission as a file; ``cf1``, ``cf2``: more of a robot, a comma first; ``more``: more of the mission."""
+    return TEXT.format(cf1=cf1, cf2=cf2, more=more)
+
+
+def parsed(text, name="small.yaml"):
+    return parse_mission(text, path=name, read_file={}.__getitem__)
 
 
 def small_mission(**flight):

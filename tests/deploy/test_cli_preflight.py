@@ -9,8 +9,7 @@ from deploy.errors import PreflightError
 from deploy.planfile import write_plan
 from deploy.preflight import PreflightCheck
 from missions.loader import load_mission
-from tests.deploy.flight_bench import small_plan
-from tests.deploy.test_execute_flights import MISSION
+from tests.deploy.flight_bench import small_plan, small_text
 
 GOOD = PreflightCheck("battery", "cf1", "pass", "4.10 V", ">= 3.70 V")
 BAD = PreflightCheck("pose", "cf2", "failure", "never seen", "<= 0.2 s old", "check [the] body")
@@ -27,7 +26,7 @@ def test_every_check_is_listed_and_one_failure_is_a_no(capsys):
 
 @pytest.mark.parametrize("check_only", [True, False])
 def test_failed_checks_are_the_answer_of_the_command(tmp_path, capsys, monkeypatch, check_only):
-    (tmp_path / "m.yaml").write_text(MISSION)
+    (tmp_path / "m.yaml").write_text(small_text())
     write_plan(tmp_path / "plan.mcap", small_plan(load_mission(tmp_path / "m.yaml")))
     report = type("Report", (), {"checks": (GOOD, BAD)})
 

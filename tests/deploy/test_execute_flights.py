@@ -20,7 +20,7 @@ from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
 from deploy.radio.supervisor import Supervisor
 from deploy.rehearsal import rehearse
 from missions.loader import load_mission
-from tests.deploy.flight_bench import PADS, SHIFT, STARTS, At, fly_on, small_mission, small_plan, stage
+from tests.deploy.flight_bench import PADS, SHIFT, STARTS, At, fly_on, small_mission, small_plan, small_text, stage
 from tests.tampering import altered
 
 PLAN = small_plan()
@@ -419,23 +419,9 @@ def test_a_bug_in_flight_lands_everybody_before_it_is_reported(bench):
     assert truth[:, :, 2].max() > 0.5
 
 
-MISSION = """
-schema_version: 1
-name: small
-workspace: {lower: [0.0, 0.0], upper: [2.5, 2.0]}
-horizon: {duration: 3.0, dt: 0.1}
-information: {type: gaussians, components: [{mean: [1.0, 1.0], covariance: 0.1}]}
-robots:
-  - {name: cf1, start: [0.5, 0.5], rigid_body: Alpha}
-  - {name: cf2, start: [1.5, 0.5], pad: [1.7, 0.4]}
-limits: {acceleration: 1.0, speed: 1.0, separation: 0.3}
-flight: {takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}
-"""
-
-
 def test_rehearse_writes_a_complete_log_with_the_plan(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "small.yaml").write_text(MISSION)
+    (tmp_path / "small.yaml").write_text(small_text(", rigid_body: Alpha").replace("[1.5, 0.4]", "[1.7, 0.4]"))
     plan = small_plan(load_mission(tmp_path / "small.yaml"))
     outcome, path = rehearse(plan, log_path=tmp_path / "flight.mcap", seed=3)
     record = read_log(path)

@@ -35,11 +35,12 @@ def cache(tmp_path_factory):
 
 @pytest.fixture
 def bench(tmp_path, cache):
-    def run(plan, act=fly_on, nobody=(), **kwargs):
+    def run(plan, act=fly_on, nobody=(), prepare=lambda ready: None, **kwargs):
         with stage(tmp_path, plan) as ready:
             truth = []
             ready.world.every(0.1, lambda t: truth.append(ready.world.positions))
             uris = {n: u if n not in nobody else f"sim://bench1/no_{n}" for n, u in ready.swarm.uris().items()}
+            prepare(ready)
             try:
                 outcome = act(ready, plan, cache, uris=uris, **kwargs)
             except DeployError as error:  # every test looks at what it is
@@ -162,11 +163,7 @@ def test_a_link_lost_while_the_filters_settle_is_opened_again(bench, monkeypatch
 
     monkeypatch.setattr(ground, "settle_estimators", settle)
 
-    def fly_and_tell(ready, *args, **kwargs):
-        stages.append(ready)
-        return fly_on(ready, *args, **kwargs)
-
-    outcome, _, _ = bench(STRICT, act=fly_and_tell)
+    outcome, _, _ = bench(STRICT, prepare=stages.append)
     assert lost
     assert outcome.completed, outcome
     assert any("link lost: Too many packets lost; again in 1 s" in warning for warning in outcome.warnings)
@@ -181,11 +178,7 @@ def test_a_drone_that_restarts_after_the_upload_does_not_take_off_without_its_tr
 
     monkeypatch.setattr(ground, "arm", arm)
 
-    def fly_and_tell(ready, *args, **kwargs):
-        stages.append(ready)
-        return fly_on(ready, *args, **kwargs)
-
-    outcome, _, truth = bench(STRICT, act=fly_and_tell)
+    outcome, _, truth = bench(STRICT, prepare=stages.append)
     assert isinstance(outcome, FlightAborted)
     assert "cf1: " in str(outcome)
     assert nobody_moved(truth)
@@ -201,11 +194,7 @@ def test_a_link_lost_after_the_upload_keeps_that_one_on_the_ground(bench, monkey
 
     monkeypatch.setattr(ground, "arm", arm)
 
-    def fly_and_tell(ready, *args, **kwargs):
-        stages.append(ready)
-        return fly_on(ready, *args, **kwargs)
-
-    outcome, _, truth = bench(plan, act=fly_and_tell)
+    outcome, _, truth = bench(plan, prepare=stages.append)
     assert truth[:, 0, 2].max() < 0.02
     if flies:
         assert outcome.completed, outcome
@@ -228,11 +217,7 @@ def test_a_drone_that_restarts_right_after_its_upload_is_loaded_again(bench, mon
 
     monkeypatch.setattr(ground, "load", load)
 
-    def fly_and_tell(ready, *args, **kwargs):
-        stages.append(ready)
-        return fly_on(ready, *args, **kwargs)
-
-    outcome, _, _ = bench(STRICT, act=fly_and_tell)
+    outcome, _, _ = bench(STRICT, prepare=stages.append)
     assert outcome.completed, outcome
     assert any("; again in 1 s" in warning for warning in outcome.warnings)
 
@@ -249,11 +234,7 @@ def test_who_is_not_seen_any_more_after_the_upload_does_not_take_off(bench, monk
 
     monkeypatch.setattr(ground, "load", load)
 
-    def fly_and_tell(ready, *args, **kwargs):
-        stages.append(ready)
-        return fly_on(ready, *args, **kwargs)
-
-    outcome, _, truth = bench(plan, act=fly_and_tell)
+    outcome, _, truth = bench(plan, prepare=stages.append)
     assert truth[:, 1, 2].max() < 0.02
     if flies:
         assert outcome.completed, outcome

@@ -6,25 +6,11 @@ from deploy.errors import PreflightError
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
 from deploy.rehearsal import rehearse
-from missions import parse_mission
-from tests.deploy.flight_bench import fly_on, small_plan, stage
-
-TEXT = """
-schema_version: 1
-name: small
-workspace: {lower: [0.0, 0.0], upper: [2.5, 2.0]}
-horizon: {duration: 3.0, dt: 0.1}
-information: {type: gaussians, components: [{mean: [1.0, 1.0], covariance: 0.1}]}
-robots:
-  - {name: cf1, start: [0.5, 0.5], pad: [0.5, 0.4], decks: DECKS}
-  - {name: cf2, start: [1.5, 0.5], pad: [1.5, 0.4], decks: DECKS}
-limits: {acceleration: 1.0, speed: 1.0, separation: 0.3}
-flight: {takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}
-"""
+from tests.deploy.flight_bench import fly_on, parsed, small_plan, small_text, stage
 
 
 def plan_with(decks):
-    return small_plan(parse_mission(TEXT.replace("DECKS", decks), path="small.yaml", read_file={}.__getitem__))
+    return small_plan(parsed(small_text(*[f", decks: {decks}"] * 2)))
 
 
 def test_robots_with_lighthouse_decks_position_themselves(tmp_path, monkeypatch):

@@ -18,32 +18,24 @@ from deploy.phases import Phase
 from deploy.planfile import plan_bytes
 from deploy.rehearsal import rehearse
 from deploy.scenario.load import load_scenario
-from missions import parse_mission
 from planner.indicators import indicators
-from tests.deploy.flight_bench import small_plan
+from tests.deploy.flight_bench import parsed, small_plan, small_text
 
-MISSION = """
-schema_version: 1
-name: small
-workspace: {lower: [0.0, 0.0], upper: [2.5, 2.0]}
-horizon: {duration: 3.0, dt: 0.1}
-information: {type: gaussians, components: [{mean: [1.0, 1.0], covariance: 0.1}]}
-robots:
-  - {name: cf1, start: [0.5, 0.5], pad: [0.5, 0.4], uri: "radio://0/80/2M/E7E7E7E701"}
-  - {name: cf2, start: [1.5, 0.5], pad: [1.5, 0.4]}
+MISSION = small_text(
+    cf1=', uri: "radio://0/80/2M/E7E7E7E701"',
+    more="""\
 connectivity: {policy: probabilistic, range: 1.2, sub_periods: 1, threshold: 0.01}
 obstacles: [{type: circle, center: [2.2, 1.7], radius: 0.1}]
 zones: [{type: keep_out, vertices: [[0.0, 1.8], [0.2, 1.8], [0.2, 2.0]]}]
-limits: {acceleration: 1.0, speed: 1.0, separation: 0.3}
-flight: {takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}
-"""
+""",
+)
 SCENARIO = "name: nothing much\nevents:\n  - {fault: slow_link, at: 1.0, to: cf1, latency: 0.02, duration: 0.5}\n"
 MARKERS = {"/mocap/points"}  # in flights with unlabelled markers only
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return small_plan(parse_mission(MISSION, path="small.yaml", read_file={}.__getitem__))
+    return small_plan(parsed(MISSION))
 
 
 @pytest.fixture(scope="module")

@@ -9,17 +9,15 @@ from deploy.cli.__main__ import main
 from deploy.errors import PlanFileError
 from deploy.planfile import plan_bytes, read_plan, read_plan_bytes, write
 from deploy.planfile.layout import dump, load
-from missions.loader import parse_mission
 from planner.certificate.compare import differences
-from tests.deploy.flight_bench import small_plan
-from tests.deploy.test_execute_flights import MISSION
+from tests.deploy.flight_bench import parsed, small_plan, small_text
 
 FILES = {name: f"trajectories/{name}.0.bin" for name in ("cf1", "cf2")}
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return small_plan(parse_mission(MISSION, path="small.yaml", read_file={}.__getitem__))
+    return small_plan(parsed(small_text()))
 
 
 @pytest.fixture

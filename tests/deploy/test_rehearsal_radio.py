@@ -13,28 +13,13 @@ from deploy.phases import Phase
 from deploy.rehearsal import rehearse
 from deploy.report.build import build_report
 from deploy.scenario.load import parse_scenario
-from missions import parse_mission
-from tests.deploy.flight_bench import small_plan
-
-TEXT = """
-schema_version: 1
-name: small
-workspace: {lower: [0.0, 0.0], upper: [2.5, 2.0]}
-horizon: {duration: 3.0, dt: 0.1}
-information: {type: gaussians, components: [{mean: [1.0, 1.0], covariance: 0.1}]}
-robots:
-  - {name: cf1, start: [0.5, 0.5], pad: [0.5, 0.4]}
-  - {name: cf2, start: [1.5, 0.5], pad: [1.5, 0.4]}
-limits: {acceleration: 1.0, speed: 1.0, separation: 0.3}
-flight: {takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}
-radio: {rehearsal: RADIO}
-"""
+from tests.deploy.flight_bench import parsed, small_plan, small_text
 
 
 @pytest.fixture(scope="module")
 def plans():
     return {
-        radio: small_plan(parse_mission(TEXT.replace("RADIO", radio), path="s.yaml", read_file={}.__getitem__))
+        radio: small_plan(parsed(small_text(more=f"radio: {{rehearsal: {radio}}}\n")))
         for radio in ("ideal", "modelled")
     }
 

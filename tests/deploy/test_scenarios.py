@@ -21,27 +21,12 @@ from deploy.scenario.killed import HostDied
 from deploy.scenario.load import load_scenario, parse_scenario, targets
 from deploy.scenario.records import HAPPENINGS, Fault
 from missions.errors import MissionError
-from missions.loader import load_mission, parse_mission
-from tests.deploy.flight_bench import small_plan
+from missions.loader import load_mission
+from tests.deploy.flight_bench import parsed, small_plan, small_text
 
 SHIPPED = Path(missions.__file__).parent / "scenarios"
 NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
-MISSION = parse_mission(
-    """
-schema_version: 1
-name: small
-workspace: {lower: [0.0, 0.0], upper: [2.5, 2.0]}
-horizon: {duration: 3.0, dt: 0.1}
-information: {type: gaussians, components: [{mean: [1.0, 1.0], covariance: 0.1}]}
-robots:
-  - {name: cf1, start: [0.5, 0.5], pad: [0.5, 0.4]}
-  - {name: cf2, start: [1.5, 0.5], pad: [1.5, 0.4]}
-limits: {acceleration: 1.0, speed: 1.0, separation: 0.3}
-flight: {takeoff_duration: 1.2, landing_duration: 1.2, settle_time: 0.5}
-""",
-    path="small.yaml",
-    read_file={}.__getitem__,
-)
+MISSION = parsed(small_text())
 
 
 @pytest.fixture(scope="module")
