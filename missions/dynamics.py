@@ -35,7 +35,10 @@ class SingleIntegratorModel:
 
 @dataclass(frozen=True)
 class CasadiModel:
-    """Any model dx/dt = f(x, u), written as expressions; needs the optional package casadi. Not to fly."""
+    """Any model dx/dt = f(x, u), written as expressions; needs the optional package casadi. Not to fly.
+
+    Where controls change velocities but do not set them, searches begin with a point mass under limits.acceleration.
+    """
 
     states: tuple[str, ...] = field(
         "names of the states; the first ones, one an axis, are the position", items=(2, 32), pattern=IDENTIFIER

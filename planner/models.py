@@ -13,6 +13,7 @@ from planner.constraints.acceleration import ControlBound
 from planner.constraints.base import Constraint
 from planner.constraints.control_box import ControlBox
 from planner.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator
+from planner.dynamics.casadi_model import CasadiDynamics, casadi_dynamics
 
 
 def mission_dynamics(mission: Mission) -> Dynamics:
@@ -26,11 +27,17 @@ def mission_dynamics(mission: Mission) -> Dynamics:
     if isinstance(model, SingleIntegratorModel):
         return SingleIntegrator(start, steps, dt)
     if isinstance(model, CasadiModel):
-        from planner.dynamics.casadi_model import casadi_dynamics  # only those who ask for it wait for it
-
         return casadi_dynamics(model, start, steps, dt)
     velocity = fleet.velocities(mission)
     return DoubleIntegrator(start, steps, dt, velocity=velocity if np.any(velocity) else None)
+
+
+def has_mass(dynamics: Dynamics) -> bool:
+    """Whether a model written as expressions moves as a mass does: its controls change velocities but do not set them.
+
+    Its searches begin with a point mass, an evaluation of which is cheaper, and go on from controls that follow it.
+    """
+    return isinstance(dynamics, CasadiDynamics) and dynamics.model.massive
 
 
 def control_bounds(mission: Mission, envelope: Iterable[Constraint]) -> tuple[Constraint, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from missions import fleet
 from missions.arrays import Array
+from missions.dynamics import DoubleIntegratorModel
 from missions.schema import Mission
 from planner.clearances import clearances, envelope, looks_between
 from planner.coarser import RACE, coarser
@@ -24,7 +25,7 @@ from planner.dynamics import Dynamics
 from planner.ergodic.metric import Metric
 from planner.indicators import ergodic_metric
 from planner.margins import Margins as Margins
-from planner.models import control_bounds, mission_dynamics
+from planner.models import control_bounds, has_mass, mission_dynamics
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,8 @@ class Problem:
         control_weight: R. ergodic_weight: r_E.
         ends: (N, ν) where robots end, exactly [m]; NaN where they may end anywhere; None if all may.
         coarse: the same problem with longer steps, or if those are too long looked at less closely, to begin the
-            search with; None if that would be no cheaper. It may have one itself, to choose where to begin.
+            search with; None if that would be no cheaper. It may have one itself, to choose where to begin. Of a model
+            written as expressions, whose controls change velocities: the same of a point mass.
         modes: of controls, at most; None: as many as the solver takes.
     """
 
@@ -78,7 +80,9 @@ def build_problem(
 
 
 def _coarse(mission: Mission, margins: Margins, problem: Problem) -> Problem | None:
-    """With steps twice as long, or where they are too long for that with a look at samples only."""
+    """With steps twice as long, or where they are too long for that with a look at samples only; or of a point mass."""
+    if has_mass(problem.dynamics):
+        return _problem(replace(mission, dynamics=DoubleIntegratorModel()), margins, when=When.SAMPLES)
     half = coarser(mission)
     if half is None and not looks_between(problem.constraints):
         return None

@@ -25,8 +25,10 @@ class Model:
         states: n. controls: m. axes: ν.
         step: (x, u) → x after one substep (Runge-Kutta 4), u held.
         adjoint: (a, x, u, w) → (∂step/∂x)ᵀ a + w, (∂step/∂u)ᵀ a.
+        sensitivities: (x, u) → ∂step/∂x, ∂step/∂u.
         rate: (x, u) → ∂f/∂x, ∂f/∂u.
         output: (x, u) → q, dq/dt.
+        output_slopes: (x, u) → ∂(q, dq/dt)/∂x.
         output_adjoint: (x, u, a, b) → by x and by u the gradient of a·q + b·dq/dt.
         massive: whether dq/dt does not depend on u: controls change velocities, they do not set them.
     """
@@ -36,8 +38,10 @@ class Model:
     axes: int
     step: Any
     adjoint: Any
+    sensitivities: Any
     rate: Any
     output: Any
+    output_slopes: Any
     output_adjoint: Any
     massive: bool
 
@@ -80,8 +84,10 @@ def build_model(x: Expression, u: Expression, derivative: Expression, position: 
         axes=nu,
         step=function("step", [x, u], [after]),
         adjoint=function("adjoint", [a, x, u, w], [ca.jtimes(after, x, a, True) + w, ca.jtimes(after, u, a, True)]),
+        sensitivities=function("sensitivities", [x, u], [ca.jacobian(after, x), ca.jacobian(after, u)]),
         rate=function("rate", [x, u], [ca.jacobian(derivative, x), ca.jacobian(derivative, u)]),
         output=function("output", [x, u], [position, velocity]),
+        output_slopes=function("output_slopes", [x, u], [ca.jacobian(ca.vertcat(position, velocity), x)]),
         output_adjoint=function("output_adjoint", [x, u, to_q, to_v], [transposed(x), transposed(u)]),
         massive=not ca.depends_on(velocity, u),
     )
@@ -154,8 +160,40 @@ class CasadiDynamics:
 
     def linearise(self, motion: Motion) -> Linearisation:
         """∂f/∂x and ∂f/∂u at the steps."""
-        A, B = self._at_all(self._rate, self._states(motion.u)[: -1 : self.substeps], motion.u)
+        A, B = self._at_all(self._rate, self.at_steps(motion.u)[:-1], motion.u)
         return Linearisation(A, B)
+
+    def sensitivities(self, u: Array) -> tuple[Array, Array]:
+        """What a state (T, N, n, n) and a control (T, N, n, m) do to the state a step later."""
+        A, B = self._at_all(
+            self.model.sensitivities.map(u.size // u.shape[2] * self.substeps), self._states(u)[:-1], self._held(u)[:-1]
+        )
+        s = self.substeps
+        over, by = A[::s], B[::s]
+        for j in range(1, s):
+            over, by = A[j::s] @ over, A[j::s] @ by + B[j::s]
+        return over, by
+
+    def at_steps(self, u: Array) -> Array:
+        """States (T+1, N, n) under controls u (T, N, m)."""
+        return self._states(u)[:: self.substeps]
+
+    def advance(self, x: Array, u: Array) -> Array:
+        """States (N, n) a step after x (N, n), controls u (N, m) held."""
+        step = self.model.step.map(len(x))
+        for _ in range(self.substeps):
+            x = evaluated(step, x, u)[0][..., 0]
+        return x
+
+    def outputs(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """Positions and velocities (T+1, N, ν) at states x (T+1, N, n), controls u (T, N, m)."""
+        q, v = self._at_all(self.model.output.map(x.shape[0] * x.shape[1]), x, np.concatenate([u, u[-1:]]))
+        return q[..., 0], v[..., 0]
+
+    def output_slopes(self, x: Array, u: Array) -> Array:
+        """What states do to positions and velocities, (T+1, N, 2ν, n)."""
+        (slopes,) = self._at_all(self.model.output_slopes.map(x.shape[0] * x.shape[1]), x, np.concatenate([u, u[-1:]]))
+        return slopes
 
     def state_gradient(self, motion: Motion, cotangent: Cotangent) -> StateGradient:
         """By x and u."""

@@ -159,7 +159,7 @@ class _Flights:
     @property
     def variables(self) -> int:
         """How many variables there are."""
-        return int(self.modes.S.shape[1]) * math.prod(self.problem.dynamics.controls_shape[1:])
+        return self.modes.count * math.prod(self.problem.dynamics.controls_shape[1:])
 
     def plan(self, z: Array) -> Plan:
         """The plan of variables (k,), with the worst it misses a limit by, without its ergodicity."""

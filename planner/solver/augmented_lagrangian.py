@@ -66,6 +66,11 @@ class Schedule:
         """The same with a penalty that grows alike for all, so that searches can be compared after as many rounds."""
         return replace(self, lingering=self.growth, calm=self.growth, hurrying=self.growth, rushing=self.growth)
 
+    @property
+    def hurried(self) -> Schedule:
+        """The same for models an evaluation of which is dear: as soon as E settles, limits are what is left to do."""
+        return replace(self, calm=self.hurrying)
+
 
 @dataclass(frozen=True)
 class State:

@@ -1,4 +1,4 @@
-"""From a coarse time grid to a fine one: most of a search needs no more than every other step.
+"""From a coarse time grid to a fine one, or from a point mass to a dearer model: most of a search needs no more.
 
 Controls are interpolated by their cosine series, which is exact for the modes plans are made of. Multipliers are
 forces spread over time: stretched where the fine grid has more samples, and smaller by as much.
@@ -9,6 +9,17 @@ from __future__ import annotations
 import numpy as np
 
 from missions.arrays import Array
+from planner.dynamics import Dynamics, Motion
+from planner.dynamics.casadi_model import CasadiDynamics
+from planner.dynamics.follow import controls_along
+from planner.models import has_mass
+
+
+def carried_controls(motion: Motion, dynamics: Dynamics) -> Array:
+    """Controls for ``dynamics`` of a motion on a coarser grid; of a point mass's, where searches begin with one."""
+    if isinstance(dynamics, CasadiDynamics) and has_mass(dynamics):
+        return controls_along(dynamics, motion)
+    return refined_controls(motion.u, dynamics.controls_shape[0])
 
 
 def refined_controls(u: Array, steps: int) -> Array:

@@ -49,6 +49,11 @@ class ControlModes:
     def __post_init__(self) -> None:
         object.__setattr__(self, "S", frozen(self.S))
 
+    @property
+    def count(self) -> int:
+        """K, variables of each control of a robot."""
+        return int(self.S.shape[-1])
+
     def controls(self, z: Array) -> Array:
         """Controls (T, ...) of variables z (K, ...)."""
         return (self.S @ z.reshape(len(z), -1)).reshape(-1, *z.shape[1:])

@@ -57,7 +57,7 @@ def laps(problem: Problem) -> tuple[Lap, ...]:
 def start(lagrangian: Lagrangian, schedule: al.Schedule, rng: np.random.Generator) -> Runner:
     """A random first guess."""
     _, robots, nu = lagrangian.problem.dynamics.controls_shape
-    z = START_SPREAD * rng.standard_normal(lagrangian.modes.S.shape[1] * robots * nu)
+    z = START_SPREAD * rng.standard_normal(lagrangian.modes.count * robots * nu)
     return Runner(al.init(lagrangian, z, schedule), Memory(schedule.memory))
 
 

@@ -13,10 +13,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from missions.schema import SolverSettings
+from planner.models import has_mass
 from planner.plan import Plan
 from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
-from planner.solver.coarse import refined_controls, refined_multipliers
+from planner.solver.coarse import carried_controls, refined_controls, refined_multipliers
 from planner.solver.lagrangian import Lagrangian
 from planner.solver.lanes import Runner
 from planner.solver.lbfgs import Memory
@@ -83,6 +84,8 @@ class Search:
         coarse = self.lagrangian
         if coarse.problem is self.problem:
             return runner
+        if has_mass(self.problem.dynamics):
+            self.schedule = self.schedule.hurried
         state, memory, _ = runner
         while self.keep_going() and not self.ripe(state):
             state = al.step(coarse, state, self.schedule, memory, self.keep_going)
@@ -134,9 +137,9 @@ class Search:
         return near or al.terminate(state, self.schedule)
 
     def moved(self, runner: Runner) -> Runner:
-        """A runner from a coarser grid on this one."""
+        """A runner from a coarser grid, or a simpler model, on this one."""
         lagrangian, state = self.lagrangian, runner.state
-        u = refined_controls(state.motion.u, lagrangian.problem.steps)
+        u = carried_controls(state.motion, lagrangian.problem.dynamics)
         fresh = al.init(lagrangian, lagrangian.modes.variables(u).ravel(), self.schedule)
         multipliers = tuple(
             refined_multipliers(lam, zero.shape) for lam, zero in zip(state.multipliers, fresh.multipliers, strict=True)
