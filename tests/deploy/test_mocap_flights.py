@@ -13,6 +13,7 @@ from deploy.phases import Phase
 from missions.errors import MissionError
 from missions.motion_capture import MotionCapture
 from missions.radio import pose_rates
+from missions.safety import Safety
 from missions.schema import Radio
 from mocap.errors import MocapUnavailable
 from mocap.frames import MappedSource
@@ -29,8 +30,9 @@ def cache(tmp_path_factory):
     return tmp_path_factory.mktemp("toc")
 
 
-def plan_seen(**setup):
-    return small_plan(dataclasses.replace(small_mission(), motion_capture=MotionCapture(**setup)))
+def plan_seen(safety=None, **setup):
+    mission = dataclasses.replace(small_mission(), motion_capture=MotionCapture(**setup))
+    return small_plan(dataclasses.replace(mission, safety=safety or mission.safety))
 
 
 def run(folder, cache, plan, prepare=lambda ready: ready.capture, **kwargs):
@@ -115,7 +117,7 @@ def test_markers_hidden_for_a_moment_are_known_again(tmp_path, cache):
 
 
 def test_a_second_marker_on_a_pad_keeps_everybody_there(tmp_path, cache):
-    plan = plan_seen(tracking="markers")
+    plan = plan_seen(Safety(retries=0), tracking="markers")
 
     def with_a_second_marker_on_a_pad(ready):
         def report(frame):

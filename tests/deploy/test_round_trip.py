@@ -12,6 +12,7 @@ from missions.obstacles import CylinderObstacle
 from missions.shapes import solid
 from planner.pipeline import make_flight_plan
 from tests.deploy.flight_bench import At, fly_on, small_mission, small_plan, stage
+from tests.planner.judged import judge_bytes
 
 LOW = CylinderObstacle((0.65, 0.75), 0.18, 0.3)  # under the middle of cf1's search
 
@@ -21,6 +22,7 @@ def test_everybody_lands_on_his_pad(tmp_path):
     """The shipped mission: starts that are exchanged, a pillar between pads and starts, one above another."""
     mission = load_mission(next(iter(missions.__path__)) + "/examples/round_trip.yaml")
     plan = make_flight_plan(mission)
+    judge_bytes(plan)
     assert [robot.start[0] for robot in mission.robots[:3]] == [0.4, 1.5, 2.6], "nobody crosses everybody's way"
     with stage(tmp_path, plan) as ready:
         truth = []
