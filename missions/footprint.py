@@ -1,6 +1,7 @@
-"""What a robot sees of the floor from where it is: the footprint of its sensor.
+"""What a robot sees of the floor, or of the mission's object, from where it is: the footprint of its sensor.
 
-A mission with footprints has its information on the floor, in two axes, wherever the robots fly above it.
+A mission with footprints has its information on the floor, in two axes, wherever the robots fly above it; one with
+cameras has it on its object's surface.
 """
 
 from __future__ import annotations
@@ -63,4 +64,33 @@ class WindowFootprint:
     type: Literal["window"] = "window"
 
 
-Footprint = PointFootprint | DiscFootprint | ConeFootprint | WindowFootprint
+@dataclass(frozen=True)
+class CameraFootprint:
+    """What a level camera with a round picture sees of the mission's object: it looks where the robot's yaw does."""
+
+    half_angle: float = field("from the middle of the picture to its edge", unit="rad", at_least=0.05, at_most=1.5)
+    pitch: float = field("how far it looks up; negative: down", unit="rad", at_least=-1.5, at_most=1.5, default=0.0)
+    rim: float = field(
+        "what it sees at the edge of the picture, of what it sees in the middle; in between as a Gaussian",
+        above=0.0,
+        at_most=1.0,
+        default=1.0,
+    )
+    reach: float | None = field(
+        "distance at which it sees e^-½ of what its picture shows, for want of resolution; default: it sees all of it",
+        unit="m",
+        above=0.0,
+        at_most=100.0,
+        default=None,
+    )
+    grazing: float = field(
+        "steepest angle to the surface's normal at which it still sees it",
+        unit="rad",
+        at_least=0.1,
+        at_most=1.5708,
+        default=1.3963,
+    )
+    type: Literal["camera"] = "camera"
+
+
+Footprint = PointFootprint | DiscFootprint | ConeFootprint | WindowFootprint | CameraFootprint

@@ -1,7 +1,8 @@
 """mission.yaml to Mission.
 
 Text becomes nodes (:mod:`missions.yamltree`), nodes become records (:mod:`missions.records`), records are checked
-against each other (:mod:`missions.validate`), and the files they name are read (:mod:`missions.maps`).
+against each other (:mod:`missions.validate`), and the files they name are read (:mod:`missions.maps`,
+:mod:`missions.meshes`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from missions.files import read_map_file, read_text
 from missions.information import SingleMap, single_maps, with_maps
 from missions.mappings import FrozenMapping
 from missions.maps import MapError, read_density
+from missions.meshes import MeshError, read_mesh
+from missions.placing import with_object
 from missions.records import RecordReader
 from missions.schema import ArrayMap, ImageMap, Mission, MissionSource
 from missions.validate import validate
@@ -60,6 +63,7 @@ def parse_mission(text: str, *, path: str, read_file: Callable[[str], bytes]) ->
         mission = assigned(mission)
         validate(mission, reader.error)
     mission, files = _with_density(mission, read_file, reader)
+    mission = _with_object(mission, read_file, reader, files)
     return dataclasses.replace(mission, source=MissionSource(path, text, FrozenMapping(files)))
 
 
@@ -89,18 +93,38 @@ def _with_density(
     return mission, files
 
 
+def _with_object(
+    mission: Mission, read_file: Callable[[str], bytes], reader: RecordReader, files: dict[str, bytes]
+) -> Mission:
+    """The mission with its object read and placed; its file joins the files."""
+    item, where = mission.object, "object.file"
+    if item is None:
+        return mission
+    files[item.file] = _read(item.file, where, read_file, reader)
+    try:
+        mesh = read_mesh(item.file, files[item.file])
+    except MeshError as error:
+        raise reader.error(f"{item.file!r}: {error}", where) from None
+    return with_object(mission, item, mesh, looks="trajectory.yaw" not in reader.lines, error=reader.error)
+
+
 def _read_map(
     single: ImageMap | ArrayMap, dimension: int, where: str, read_file: Callable[[str], bytes], reader: RecordReader
 ) -> tuple[bytes, Array]:
     """Contents of a map's file, and the density they are."""
-    name = single.file
+    data = _read(single.file, where, read_file, reader)
     try:
-        data = read_file(name)
         return data, read_density(single, data, dimension)
+    except MapError as error:
+        raise reader.error(f"{single.file!r}: {error}", where) from None
+
+
+def _read(name: str, where: str, read_file: Callable[[str], bytes], reader: RecordReader) -> bytes:
+    """Contents of a file the mission names."""
+    try:
+        return read_file(name)
     except MissionError as error:
         raise reader.error(error.reason, where) from None
-    except MapError as error:
-        raise reader.error(f"{name!r}: {error}", where) from None
     except KeyError:
         raise reader.error(f"{name!r} is not among the mission's files", where) from None
     except OSError as error:

@@ -59,6 +59,11 @@ class PolygonObstacle:
 
 
 @dataclass(frozen=True)
+class ObjectPart(PolygonObstacle):
+    """A slice of the mission's object with the room to keep from it: no file says it, the object's mesh does."""
+
+
+@dataclass(frozen=True)
 class KeepOutZone:
     """A convex polygon, floor to ceiling, that some or all robots stay out of."""
 
@@ -78,3 +83,8 @@ class KeepInZone:
 
 Obstacle = CircleObstacle | CylinderObstacle | BoxObstacle | PolygonObstacle
 Zone = KeepOutZone | KeepInZone
+
+
+def label(number: int, obstacle: Obstacle) -> str:
+    """What messages call an obstacle of a mission: where the file says it."""
+    return "object" if isinstance(obstacle, ObjectPart) else f"obstacles[{number}]"

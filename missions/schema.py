@@ -39,6 +39,7 @@ from missions.information import NamedMap as NamedMap
 from missions.information import SeveralMaps as SeveralMaps
 from missions.information import UniformMap as UniformMap
 from missions.motion_capture import MotionCapture as MotionCapture
+from missions.objects import InspectedObject as InspectedObject
 from missions.obstacles import CircleObstacle as CircleObstacle
 from missions.obstacles import Obstacle as Obstacle
 from missions.obstacles import Zone
@@ -143,7 +144,7 @@ class Robot:
         items=(2, 3),
     )
     limits: RobotLimits = field("where it differs from the mission's limits", default=RobotLimits())
-    footprint: Footprint | None = field("what it sees of the floor; default: the mission's footprint", default=None)
+    footprint: Footprint | None = field("what it sees; default: the mission's footprint", default=None)
     rigid_body: str = field("name of its body in the motion-capture system; default: the robot's name", default="")
     decks: tuple[DeckName, ...] = field(
         "expansion decks on it, which it has to find before it flies; what else it carries does not matter",
@@ -212,9 +213,13 @@ class Mission:
     zones: tuple[Zone, ...] = field("where some or all robots stay out or in", default=(), items=(0, 1000))
     basis: Basis = field("cosine basis of the ergodic metric", default=Basis())
     footprint: Footprint | None = field(
-        "what every robot sees of the floor: the information is then on the floor, in two axes, and what is seen is "
-        "compared with it; default: robots are where they are, in as many axes as the workspace has",
+        "what every robot sees of the floor, or of the object: the information is then on the floor, in two axes, or "
+        "on the object, and what is seen is compared with it; default: robots are where they are, in as many axes as "
+        "the workspace has",
         default=None,
+    )
+    object: InspectedObject | None = field(
+        "a thing that cameras look at from all sides: the information is what the maps put on its surface", default=None
     )
     dynamics: MotionModel = field("how robots move when controlled", default=DoubleIntegratorModel())
     flight: Flight = field("take-off, rates, on-board settings", default=Flight())
@@ -245,7 +250,7 @@ class Mission:
     @property
     def information_axes(self) -> int:
         """Axes of the information: the workspace's, or the floor's two if robots look down at it."""
-        return self.dimension if self.footprint is None else 2
+        return self.dimension if self.footprint is None or self.object is not None else 2
 
     @property
     def steps(self) -> int:

@@ -90,7 +90,7 @@ class Solid:
 
     def distance(self, x: Array) -> SignedDistance:
         """Signed distance of points x (3, ...) [m]: axes first, where NumPy is fast."""
-        aside, outward = _footprint_distance(self.vertices, x[:2])
+        aside, outward = _footprint_distance(self, x[:2])
         aside = aside - self.radius
         up = np.where(x[2] - self.high >= self.low - x[2], 1.0, -1.0)
         above = np.maximum(x[2] - self.high, self.low - x[2])
@@ -171,33 +171,22 @@ def _footprint_value(body: Solid, x: Array) -> Array:
     return np.asarray(value.reshape(x.shape[1:]))
 
 
-def _footprint_distance(vertices: Array, x: Array) -> tuple[Array, Array]:
+def _footprint_distance(body: Solid, x: Array) -> tuple[Array, Array]:
     """Signed distance (...) of points (2, ...) to a convex polygon or a point, and its gradient (2, ...)."""
-    if len(vertices) == 1:
-        delta = x - vertices[0].reshape(2, *(1,) * (x.ndim - 1))
+    if len(body.vertices) == 1:
+        delta = x - body.vertices[0].reshape(2, *(1,) * (x.ndim - 1))
         distance = np.hypot(*delta)
         outward = delta / np.where(distance > 0.0, distance, 1.0)
         outward[0][distance == 0.0] = 1.0  # from the very centre any way out is as good
         return distance, outward
-    normals, _ = half_planes(vertices)
-    beyond, inside = np.full(x.shape[1:], -np.inf), np.zeros_like(x)  # the side with the least depth
-    nearest, outside = np.full(x.shape[1:], np.inf), np.zeros_like(x)  # the nearest point of all sides
-    for corner, following, normal in zip(vertices, np.roll(vertices, -1, axis=0), normals, strict=True):
-        length = math.dist(corner, following)
-        tangent = (following - corner) / length
-        dx, dy = x[0] - corner[0], x[1] - corner[1]
-        off = normal[0] * dx + normal[1] * dy
-        along = tangent[0] * dx + tangent[1] * dy
-        past = along - np.clip(along, 0.0, length)
-        squares = off * off + past * past
-        closer = squares < nearest
-        nearest = np.where(closer, squares, nearest)
-        for axis in (0, 1):
-            outside[axis] = np.where(closer, normal[axis] * off + tangent[axis] * past, outside[axis])
-            inside[axis] = np.where(off > beyond, normal[axis], inside[axis])
-        beyond = np.maximum(beyond, off)
-    distance = np.sqrt(nearest)
-    out = beyond > 0.0
-    apart = out & (distance > 0.0)
-    outward = np.where(apart, outside / np.where(apart, distance, 1.0), inside)
-    return np.where(out, distance, beyond), outward
+    sides, points = body.sides, x.reshape(2, -1)
+    off = sides.normals @ points - sides.offsets  # (E, M) beyond each side's line
+    along = sides.tangents @ points - sides.begins
+    past = along - np.minimum(np.maximum(along, 0.0), sides.lengths)  # of the side's ends
+    most, nearest, each = off.argmax(axis=0), (off * off + past * past).argmin(axis=0), np.arange(points.shape[1])
+    beyond, aside, past = off[most, each], off[nearest, each], past[nearest, each]
+    away = sides.normals[nearest].T * aside + sides.tangents[nearest].T * past  # from the nearest point of all sides
+    distance = np.hypot(aside, past)
+    apart = (beyond > 0.0) & (distance > 0.0)
+    outward = np.where(apart, away / np.where(apart, distance, 1.0), sides.normals[most].T)  # inside: the least depth
+    return np.where(beyond > 0.0, distance, beyond).reshape(x.shape[1:]), outward.reshape(x.shape)

@@ -23,6 +23,7 @@ from missions.schema import (
 from missions.uris import check_uri, same_drone
 from missions.validate_connectivity import check_connectivity
 from missions.validate_information import check_information
+from missions.validate_object import check_object
 from missions.validate_places import check_limits, check_places
 from missions.validate_replanning import check_replanning
 from missions.validate_shapes import check_shapes
@@ -46,6 +47,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     frame = _airframe(mission, error)
     _check_workspace(mission, error)
     _check_horizon(mission, error)
+    check_object(mission, error)
     check_information(mission, error)
     _check_dynamics(mission, error)
     check_limits(mission, frame, error)

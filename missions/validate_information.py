@@ -90,6 +90,8 @@ def _check_gaussian(mission: Mission, gaussian: Gaussian, where: str, error: Err
             f"not positive definite (least eigenvalue {least:.3g}); allowed: above 0 [m²]", f"{where}.covariance"
         )
     lower, upper = mission.workspace.lower[:nu], mission.workspace.upper[:nu]
+    if mission.object is not None:
+        lower = (*lower[:2], 0.0)  # things stand on the floor, below where robots fly
     box = zip(lower, upper, gaussian.mean, np.diag(matrix), strict=True)
     for low, high, mean, variance in box:
         # All of the Gaussian that is in the workspace is in this slab, so less than 1e-9 of it is in the workspace.

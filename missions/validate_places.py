@@ -12,7 +12,7 @@ from missions import fleet
 from missions.airframes import Airframe
 from missions.arrays import Array
 from missions.errors import MissionError
-from missions.obstacles import KeepInZone, KeepOutZone
+from missions.obstacles import KeepInZone, KeepOutZone, label
 from missions.schema import Mission, Vector
 from missions.shapes import Solid, heights, outline, solid
 
@@ -89,7 +89,7 @@ def _check_point(mission: Mission, i: int, field: str, point: Vector, error: Err
     z = point[2] if mission.dimension == 3 else float(fleet.altitudes(mission)[i])
     x = np.array([*point[:2], z])
     for k, obstacle in enumerate(mission.obstacles):
-        _check_outside(solid(obstacle), x, f"obstacles[{k}]", point, _at(i, field), error)
+        _check_outside(solid(obstacle), x, label(k, obstacle), point, _at(i, field), error)
     for k, zone in enumerate(mission.zones):
         if zone.robots and mission.robots[i].name not in zone.robots:
             continue
@@ -189,7 +189,7 @@ def _below(mission: Mission, i: int, x: Array) -> str:
     """What is between a robot at x (3,) and the floor; empty if nothing."""
     for k, obstacle in enumerate(mission.obstacles):
         if heights(obstacle)[0] < x[2] and _distance(solid(obstacle).column(), x) < -SLACK:
-            return f"obstacles[{k}]"
+            return label(k, obstacle)
     for k, zone in enumerate(mission.zones):
         bound = not zone.robots or mission.robots[i].name in zone.robots
         if isinstance(zone, KeepOutZone) and bound and _distance(Solid(outline(zone)), x) < -SLACK:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from missions import fleet
 from missions.arrays import Array
 from missions.obstacles import CircleObstacle, KeepOutZone
+from missions.obstacles import label as named
 from missions.schema import Mission
 from missions.shapes import Solid, half_planes, heights, outline, solid
 from planner.connectivity.pairs import all_pairs
@@ -25,6 +26,7 @@ from planner.constraints.paths import When
 from planner.constraints.separation import Separation
 from planner.constraints.solids import Outside
 from planner.constraints.speed import Speed
+from planner.constraints.standoff import NearSurface
 from planner.constraints.workspace import Inside
 from planner.constraints.zones import InsideZone
 from planner.margins import Margins
@@ -51,6 +53,7 @@ def clearances(mission: Mission, margins: Margins, *, when: When | None = None) 
         *_solids(mission, margins),
         *_zones(mission, margins),
         *_landing(mission, margins),
+        *_stand_off(mission, margins),
     )
 
 
@@ -118,7 +121,7 @@ def _landing(mission: Mission, margins: Margins) -> Iterable[Constraint]:
         over = np.flatnonzero(_may_be_above(mission, top))
         if len(over) and base < top < np.inf:
             keep = np.minimum(margins.obstacle, _room_beside(mission, solid(obstacle).column(), at_starts=False)[over])
-            label = f"obstacles[{number}]"
+            label = named(number, obstacle)
             yield Outside(
                 solid(obstacle).column(), over, keep, label, names, dt, when=When.END, name="landing obstacles"
             )
@@ -157,8 +160,20 @@ def _solids(mission: Mission, margins: Margins) -> Iterable[Constraint]:
         if len(robots):
             keep = np.minimum(margins.obstacle, _room_beside(mission, body)[robots])
             yield Outside(
-                body, robots, keep, f"obstacles[{number}]", _names(mission), mission.horizon.dt, _looks(mission)
+                body, robots, keep, named(number, obstacle), _names(mission), mission.horizon.dt, _looks(mission)
             )
+
+
+def _stand_off(mission: Mission, margins: Margins) -> Iterable[Constraint]:
+    """No farther from the object than the mission says; starts and given ends are where they are."""
+    item, names, dt = mission.object, _names(mission), mission.horizon.dt
+    if item is None or item.far is None or item.surface is None:
+        return
+    points = item.surface.points
+    given = np.linalg.norm(_given(mission)[:, :, None] - points, axis=-1).min(axis=-1)  # (2, N)
+    # An acceleration's component away from the surface is at most √3 times an axis's.
+    room = margins.obstacle + math.sqrt(3.0) * _bulge(mission, dt)
+    yield NearSurface(points, np.maximum(item.far - room, np.nanmax(given, axis=0)), names, dt)
 
 
 def _zones(mission: Mission, margins: Margins) -> Iterable[Constraint]:

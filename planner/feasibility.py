@@ -8,7 +8,7 @@ import numpy as np
 
 from missions import fleet
 from missions.arrays import Array
-from missions.obstacles import KeepInZone
+from missions.obstacles import KeepInZone, label
 from missions.reach import shortfall
 from missions.schema import Mission
 from missions.shapes import Solid, outline, solid
@@ -61,7 +61,7 @@ def _clearances(mission: Mission, points: Array) -> Iterator[tuple[str, str, Arr
     """Constraint, where, and each robot's distance (N,) [m] to what it stays out of, or to the edge it stays within."""
     x = np.moveaxis(np.nan_to_num(fleet.in_space(mission, points)), -1, 0)
     for number, obstacle in enumerate(mission.obstacles):
-        yield "obstacle clearance", f"obstacles[{number}]", solid(obstacle).distance(x).value
+        yield "obstacle clearance", label(number, obstacle), solid(obstacle).distance(x).value
     for number, zone in enumerate(mission.zones):
         bound = np.array([not zone.robots or robot.name in zone.robots for robot in mission.robots])
         depth = Solid(outline(zone)).distance(x).value

@@ -26,15 +26,22 @@ from planner.ergodic.metric import ErgodicMetric
 from planner.ergodic.target import information_coefficients
 from planner.footprint.metric import FootprintMetric
 from planner.footprint.mission import footprint_of
+from planner.surface.metric import SurfaceMetric
+from planner.surface.mission import surface_metric
 
 MOST_TERMS = 4_000_000  # of double sums worked out at once: 100 MB
 
 
-def ergodic_metric(mission: Mission) -> ErgodicMetric | FootprintMetric:
+MissionMetric = ErgodicMetric | FootprintMetric | SurfaceMetric
+
+
+def ergodic_metric(mission: Mission) -> MissionMetric:
     """The mission's ergodic metric: basis on its workspace, coefficients of its information map.
 
-    Of what robots see of the floor, if the mission says what that is (FEO, Eq. 26).
+    Of what robots see of the floor or of an object, if the mission says what that is (FEO, Eq. 26).
     """
+    if mission.object is not None:
+        return surface_metric(mission)
     box, axes = mission.workspace, mission.information_axes
     basis = CosineBasis(np.array(box.lower[:axes]), np.array(box.upper[:axes]), mission.basis.functions_per_axis)
     phi_k = information_coefficients(mission.information, basis)

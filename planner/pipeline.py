@@ -198,6 +198,7 @@ _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
     "keep-out zones": ("obstacle", lambda check: check.limit - check.value),
     "landing obstacles": ("obstacle", lambda check: check.limit - check.value),
     "landing separation": ("separation", lambda check: check.limit - check.value),
+    "stand-off": ("obstacle", lambda check: check.value - check.limit),
     "keep-in zones": ("workspace", lambda check: check.limit - check.value),
     "workspace": ("workspace", lambda check: check.limit - check.value),
     "speed": ("speed", lambda check: check.value / check.limit - 1.0),

@@ -11,9 +11,7 @@ from deploy.analysis.align import MissionWindow, Motion
 from missions.arrays import Array, frozen
 from missions.schema import Mission
 from planner.certificate.record import Indicators
-from planner.ergodic.metric import ErgodicMetric
-from planner.footprint.metric import FootprintMetric
-from planner.indicators import ergodic_metric, indicators, resample
+from planner.indicators import MissionMetric, ergodic_metric, indicators, resample
 from planner.plan import Plan
 from planner.trajectory.piecewise import PiecewisePolynomial
 
@@ -81,7 +79,7 @@ def coverage(
         planned_over_time=frozen(_over_time(metric, _running(metric, resample(plan.t, plan.q[..., :nu], t))[keep])),
         certified_over_time=frozen(_over_time(metric, _running(metric, reference)[keep])),
         flown_over_time=frozen(_over_time(metric, seen[keep])),
-        flown_statistics=None if mission.footprint is None else frozen(seen[keep]),
+        flown_statistics=frozen(seen[keep]) if mission.information_axes == 2 and mission.footprint else None,
     )
 
 
@@ -97,14 +95,14 @@ def _bridged(t: Array, q: Array) -> tuple[Array, Array] | None:
     return t, out
 
 
-def _running(metric: ErgodicMetric | FootprintMetric, q: Array) -> Array:
+def _running(metric: MissionMetric, q: Array) -> Array:
     """Statistics of the first 1, 2, .., T steps of q (T, N, ν): (T,) + (n,)*ν."""
     count = np.arange(1.0, len(q) + 1.0).reshape(-1, *(1,) * metric.phi_k.ndim)
     means: Array = metric.statistics_each(q).cumsum(axis=0) / count
     return means
 
 
-def _over_time(metric: ErgodicMetric | FootprintMetric, c_k: Array) -> Array:
+def _over_time(metric: MissionMetric, c_k: Array) -> Array:
     """(P,) E of statistics (P,) + (n,)*ν."""
     E: Array = (metric.basis.Lambda_k * (c_k - metric.phi_k) ** 2).sum(axis=tuple(range(1, c_k.ndim)))
     return E

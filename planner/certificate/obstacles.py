@@ -8,6 +8,7 @@ import numpy as np
 
 from missions.arrays import Array
 from missions.obstacles import CircleObstacle, KeepInZone, KeepOutZone, Obstacle
+from missions.obstacles import label as named
 from missions.schema import Mission
 from missions.shapes import Solid, half_planes, outline, solid
 from planner.certificate.bernstein import Minimum, minimise, root, square_sum
@@ -77,7 +78,7 @@ def inside_zone(trajectory: PiecewisePolynomial, zone: KeepInZone) -> Minimum:
 def in_the_way(mission: Mission, robot: str) -> Iterator[tuple[str, Obstacle | KeepOutZone]]:
     """Label and shape of everything a robot stays out of, on the ground and in the air."""
     for number, obstacle in enumerate(mission.obstacles):
-        yield f"obstacles[{number}]", obstacle
+        yield named(number, obstacle), obstacle
     for number, zone in enumerate(mission.zones):
         if isinstance(zone, KeepOutZone) and (not zone.robots or robot in zone.robots):
             yield f"zones[{number}]", zone

@@ -9,7 +9,7 @@ import numpy as np
 from missions import fleet
 from missions.obstacles import KeepInZone, KeepOutZone
 from missions.schema import Mission
-from planner.certificate import motion, obstacles, workspace
+from planner.certificate import motion, obstacles, standoff, workspace
 from planner.certificate.checks import DISTANCE_TOLERANCE, check, names_of, room
 from planner.certificate.record import Check
 from planner.certificate.separation import Approaches, closest_approaches
@@ -36,7 +36,7 @@ def separation(mission: Mission, approaches: Approaches) -> list[Check]:
 
 
 def of_robot(mission: Mission, robot: int, flown: PiecewisePolynomial) -> list[Check]:
-    """Obstacles, zones, workspace, altitude, start and end of one robot."""
+    """Obstacles, zones, stand-off, workspace, altitude, start and end of one robot."""
     name, checks = mission.robots[robot].name, []
     in_the_way = list(obstacles.in_the_way(mission, name))
     for kind, zones in (("obstacles", False), ("keep-out zones", True)):
@@ -48,6 +48,10 @@ def of_robot(mission: Mission, robot: int, flown: PiecewisePolynomial) -> list[C
         if isinstance(zone, KeepInZone) and (not zone.robots or name in zone.robots):
             gap = obstacles.inside_zone(flown, zone)
             checks.append(room("keep-in zones", float(gap.bound[0]), f"{name}, zones[{number}]", float(gap.time[0])))
+    if mission.object is not None and mission.object.far is not None and mission.object.surface is not None:
+        away = standoff.farthest(flown, mission.object.surface.points)
+        distance, time = -float(away.bound[0]), float(away.time[0])
+        checks.append(check("stand-off", distance, mission.object.far, "m", "<=", name, time, DISTANCE_TOLERANCE))
     side = workspace.inside(flown, mission.workspace)
     checks.append(room("workspace", float(side.bound[0]), name, float(side.time[0])))
     if mission.dimension == 2:

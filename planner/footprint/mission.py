@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from missions.footprint import ConeFootprint, PointFootprint
+from missions.footprint import CameraFootprint, ConeFootprint, PointFootprint
 from missions.footprint import DiscFootprint as DiscRecord
 from missions.footprint import Footprint as FootprintRecord
 from planner.footprint.base import Footprint
@@ -22,6 +22,9 @@ def footprint_of(record: FootprintRecord, dt: float) -> Footprint:
     Args:
         record: as written in the mission.
         dt: time between positions [s], from which a body's tilt follows.
+
+    Raises:
+        TypeError: a camera, whose footprint is on an object (:mod:`planner.surface`).
     """
     if isinstance(record, PointFootprint):
         return Point()
@@ -31,6 +34,8 @@ def footprint_of(record: FootprintRecord, dt: float) -> Footprint:
         if record.tilts:
             return PolarFootprint(TiltedCone(math.atan(record.slope), dt), record.rim)
         return DiscFootprint(Disc(slope=record.slope), record.rim)
+    if isinstance(record, CameraFootprint):
+        raise TypeError("a camera looks at an object, not at the floor")
     length, width = record.slopes
     if record.yaw == 0.0:
         return WindowFootprint((length, width))

@@ -21,6 +21,7 @@ from planner.pareto.dominance import non_dominated
 from planner.pareto.hypervolume import hypervolume
 from planner.pareto.ideal import ideal_vectors
 from planner.plan import Plan
+from planner.surface.metric import SurfaceMetric
 
 Method = Literal["thin", "a-sles", "sles", "scalar", "nsga2"]
 METHODS: tuple[Method, ...] = ("thin", "a-sles", "sles", "scalar", "nsga2")
@@ -82,8 +83,14 @@ class Maps:
 
     @staticmethod
     def of(mission: Mission) -> Maps:
-        """Of a mission."""
+        """Of a mission.
+
+        Raises:
+            PlannerError: it looks at an object, whose surface has one information.
+        """
         information, metric = mission.information, ergodic_metric(mission)
+        if isinstance(metric, SurfaceMetric):
+            raise PlannerError("a front of plans that look at an object; allowed: without one")
         several = information if isinstance(information, SeveralMaps) else None
         names = several.names if several is not None else ("information",)
         prefer = several.shares if several is not None else (1.0,)

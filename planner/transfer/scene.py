@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from missions import fleet
 from missions.arrays import Array
-from missions.obstacles import KeepOutZone
+from missions.obstacles import KeepOutZone, label
 from missions.schema import Mission
 from missions.shapes import Solid, outline, solid
 from planner.transfer.errors import TransferError
@@ -114,7 +114,7 @@ def survey(mission: Mission, begin: Array, goal: Array, *, hurried: bool = False
 
 
 def _prisms(mission: Mission, robot: int, given: Array) -> tuple[Prism, ...]:
-    things = [(f"obstacles[{k}]", solid(obstacle)) for k, obstacle in enumerate(mission.obstacles)]
+    things = [(label(k, obstacle), solid(obstacle)) for k, obstacle in enumerate(mission.obstacles)]
     name = mission.robots[robot].name
     for k, zone in enumerate(mission.zones):
         if isinstance(zone, KeepOutZone) and (not zone.robots or name in zone.robots):

@@ -29,6 +29,8 @@ ELSEWHERE = {
     "round_trip",  # flown, too: tests/deploy/test_round_trip.py
     "three_minutes",  # flown, too: tests/deploy/test_three_minutes.py
     "quadrotor_map",  # a model for studies, not to fly: test_planner_quadrotor.py
+    "inspect_four",  # `make bench` takes it to certified bytes; a search around an object: test_surface_search.py
+    "inspect_chair",
 }
 EXAMPLES = sorted(path for path in FOLDER.glob("*.yaml") if path.stem not in ELSEWHERE)
 
