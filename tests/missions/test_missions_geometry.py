@@ -163,7 +163,8 @@ def test_refused_with_place_and_reason(text, old, new, message):
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
 def test_examples_conform_to_the_schema_and_are_read_again_from_their_text(path):
     mission = load_mission(path)
-    assert parse_mission(mission.source.text, path="inside a plan", read_file=mission.source.files.__getitem__) == mission
+    files = mission.source.files
+    assert parse_mission(mission.source.text, path="inside a plan", read_file=files.__getitem__) == mission
     assert mission.name == path.stem
     validator = jsonschema.Draft202012Validator(missions.json_schema())
     assert [error.message for error in validator.iter_errors(yaml.safe_load(path.read_text()))] == []
