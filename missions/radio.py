@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from missions.fields import field
+from missions.lights import LIGHT_PERIOD, lit
 
 if TYPE_CHECKING:
     from missions.schema import Mission, Robot
@@ -87,12 +88,12 @@ def drones_sharing(robots: Sequence[Robot]) -> tuple[int, ...]:
 
 
 def background_rate(mission: Mission) -> float:
-    """Packets a drone takes for poses, telemetry and pings [1/s], whatever else is sent to it.
+    """Packets a drone takes for poses, telemetry, pings and lights [1/s], whatever else is sent to it.
 
     Up and down are added, although a packet down may ride in the acknowledgement of one up: with 50 poses and 30 log
     packets a second a twentieth does (tests/deploy/test_radio_budget.py).
     """
-    return mission.flight.pose_rate + TELEMETRY_BLOCKS * mission.flight.log_rate + HOUSEKEEPING
+    return mission.flight.pose_rate + TELEMETRY_BLOCKS * mission.flight.log_rate + _besides(mission)
 
 
 def pose_rates(mission: Mission) -> dict[str, float]:
@@ -103,9 +104,16 @@ def pose_rates(mission: Mission) -> dict[str, float]:
     """
     shared = [mission.radio.drones_per_dongle or count for count in drones_sharing(mission.robots)]
     return {
-        robot.name: min(mission.flight.pose_rate, max(LEAST_POSES, mission.radio.packet_rate / count - HOUSEKEEPING))
+        robot.name: min(
+            mission.flight.pose_rate, max(LEAST_POSES, mission.radio.packet_rate / count - _besides(mission))
+        )
         for robot, count in zip(mission.robots, shared, strict=True)
     }
+
+
+def _besides(mission: Mission) -> float:
+    """Packets of a drone beside poses and telemetry [1/s]; a colour of an LED ring is a request and its answer."""
+    return HOUSEKEEPING + (2.0 / LIGHT_PERIOD if lit(mission) else 0.0)
 
 
 def request_rate(mission: Mission) -> tuple[float, ...]:

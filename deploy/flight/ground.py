@@ -10,6 +10,7 @@ from collections.abc import Collection
 from typing import TypeAlias
 
 from deploy.errors import CommandRefused, DeployError
+from deploy.flight.lights import ring_parameters
 from deploy.flight.loop import Flight
 from deploy.flight.poses import heading
 from deploy.flight.records import Ready
@@ -55,7 +56,9 @@ def connect(flight: Flight, names: Names) -> Failures:
 
     def set_up(drone: Drone) -> Ready:
         drone.connect(_CONNECTED_WITHIN)
-        held = {name: drone.set_parameter(name, value) for name, value in wanted.items()}
+        lights = ring_parameters(mission, drone.name)
+        shown = {name: value for name, value in lights.items() if drone.has_parameter(name)}  # else: older firmware
+        held = {name: drone.set_parameter(name, value) for name, value in (shown | wanted).items()}
         drone.start_telemetry(mission.flight.log_rate)
         try:
             memory = drone.memory(TRAJECTORY).size

@@ -17,6 +17,7 @@ from deploy.clock import Clock
 from deploy.flight.courses import Courses
 from deploy.flight.deadlines import Deadline, planned
 from deploy.flight.journal import Journal
+from deploy.flight.lights import Lights
 from deploy.flight.lookout import Lookout
 from deploy.flight.picture import Picture
 from deploy.flight.poses import Poses
@@ -66,6 +67,7 @@ class Flight:
         ready: what drones said of themselves when they were connected.
         left_behind: who did not take off, and why.
         turned: when the loop turned last [s]. timing: delays. picture: what those who watch see.
+        lights: what LED rings show.
         on_return: called with a robot whose lost link is back, in flight.
         replanner: who plans anew when the map changes; None: nobody.
         new_map: a map that somebody has told, as text, once; None: nothing new.
@@ -98,6 +100,7 @@ class Flight:
         self.left_behind: dict[str, str] = {}
         self.turned, self.timing = clock.now(), Timing()
         self.picture = Picture(log, plan, self.courses.references, clock.now())
+        self.lights = Lights(mission, fleet, log)
         self.on_return: Callable[[str], None] = lambda robot: None
         self.replanner: Replanner | None = None
         self.new_map: Callable[[], str | None] = lambda: None
@@ -176,6 +179,7 @@ class Flight:
         if reactions:
             self._react(reduce(joined, reactions))
         self._deadline.check(now)
+        self._shine(now)
 
     def wait(self, seconds: float) -> None:
         """Let flight time pass."""
@@ -281,6 +285,16 @@ class Flight:
             self.picture.cover(now, located)
         if self._observer is not None:
             self._observer(self)
+
+    def _shine(self, now: float) -> None:
+        """Let LED rings show what is seen of the floor, unless there is anything else to say."""
+        over = self.phases.now in (Phase.RETURNING, Phase.LANDING)
+        if self.doing is None and (self.searching or over):
+            self.lights.turn(now, self._position, self.searching)
+
+    def _position(self, robot: str) -> Vec3 | None:
+        seen = self.poses.located(robot)
+        return None if seen is None else seen.pose.position
 
     def _record_health(self, now: float) -> None:
         self.journal.log_state(now, self.phases.now)

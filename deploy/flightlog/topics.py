@@ -108,6 +108,20 @@ TOPICS: tuple[Topic, ...] = (
         "motor commands",
     ),
     Topic(
+        "/{robot}/light",
+        "ergoflie.Light",
+        (
+            Field("red", Kind.INTEGER, "0..255", "what the ring fades to"),
+            Field("green", Kind.INTEGER, "0..255", "what the ring fades to"),
+            Field("blue", Kind.INTEGER, "0..255", "what the ring fades to"),
+            Field("spread", Kind.NUMBER, "m", "how far the robot saw to each side; 0 once the search is over"),
+        ),
+        "",
+        "flight clock when the drone was heard to have it",
+        "2 Hz at most, during the mission",
+        "colour of the LED ring of a robot that has one, and a footprint",
+    ),
+    Topic(
         "/ergodicity",
         "ergoflie.Ergodicity",
         (

@@ -125,6 +125,11 @@ class FlightLog:
         record = {"latency_ms": latency_ms, "quality": quality, "rssi": rssi}
         self.write(f"/{robot}/link", t, {**record, "sent": sent, "received": received, "lost": lost})
 
+    def light(self, robot: str, t: float, colour: Sequence[int], spread: float) -> None:
+        """What a robot's LED ring fades to: red, green, blue, 0 to 255 each; what it shows [m]."""
+        numbers = dict(zip(("red", "green", "blue"), colour, strict=True))
+        self._put(f"/{robot}/light", self._nanoseconds(t), vectors_to_json((), (), {**numbers, "spread": spread}))
+
     def supervisor(self, robot: str, t: float, bits: int, names: Sequence[str] = ()) -> None:
         """The firmware's supervisor state."""
         self._put(f"/{robot}/supervisor", self._nanoseconds(t), _supervisor_to_json(bits, tuple(names)))

@@ -226,6 +226,14 @@ class Drone:
         """Give an unanswered command again."""
         self._requests.resend(reply)
 
+    def send_parameter(self, name: str, value: float) -> Reply:
+        """Write an on-board parameter without waiting; the reply fills when the drone has it.
+
+        Raises:
+            CommandRefused: unknown, read-only, does not fit. LinkError: there is no link any more.
+        """
+        return self._requests.send(parameters.writing(self._parameter(name), value))
+
     def forget(self, reply: Reply) -> None:
         """Wait no longer for an answer."""
         self._requests.forget(reply)

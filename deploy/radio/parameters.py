@@ -68,6 +68,18 @@ def read(requests: Requests, parameter: Parameter) -> float:
     return parameter.decode(answer[3:])
 
 
+def writing(parameter: Parameter, value: float) -> Request:
+    """What writes ``value``, without reading it back.
+
+    Raises:
+        CommandRefused: read-only, or it does not fit.
+    """
+    if parameter.read_only:
+        raise CommandRefused(f"parameter {parameter.name} is read-only")
+    number = struct.pack("<H", parameter.identifier)
+    return Request(PORT, 2, number + parameter.encode(value), number, f"write parameter {parameter.name}")
+
+
 def write(requests: Requests, parameter: Parameter, value: float, *, compare: bool = True) -> float:
     """Write, wait for the acknowledgement, read back; returns what the drone holds now, in the parameter's type.
 
@@ -80,11 +92,8 @@ def write(requests: Requests, parameter: Parameter, value: float, *, compare: bo
     Raises:
         CommandRefused: read-only, does not fit, or the drone holds something else afterwards. LinkError: no answer.
     """
-    if parameter.read_only:
-        raise CommandRefused(f"parameter {parameter.name} is read-only")
-    number, data = struct.pack("<H", parameter.identifier), parameter.encode(value)
-    requests.ask(Request(PORT, 2, number + data, number, f"write parameter {parameter.name}"))
+    requests.ask(writing(parameter, value))
     held = read(requests, parameter)
-    if compare and struct.pack(parameter.form, held) != data:
+    if compare and struct.pack(parameter.form, held) != parameter.encode(value):
         raise CommandRefused(f"parameter {parameter.name}: wrote {value:g}, the drone holds {held:g}")
     return held

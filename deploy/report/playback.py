@@ -44,6 +44,7 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "marks": marks(analysis),
         "searched": _searched(analysis),
         "look": _look(analysis),
+        "lights": _lights(analysis),
     }
 
 
@@ -69,6 +70,16 @@ def _obstacle(obstacle: Obstacle) -> dict[str, object]:
     low, high = heights(obstacle)
     ring = [[round(float(x), 4), round(float(y), 4)] for x, y in outline(obstacle)]
     return {"ring": ring, "low": low, "high": high if math.isfinite(high) else None}
+
+
+def _lights(analysis: FlightAnalysis) -> list[list[list[float]]]:
+    """Per robot what its LED ring was told: mission time [s], red, green, blue; none where it has no ring."""
+    zero, out = zero_time(analysis), []
+    for robot in analysis.flight_plan.mission.robots:
+        told = analysis.record.of(robot.name, "light")
+        rows = [] if told is None else zip(told.t, told["red"], told["green"], told["blue"], strict=True)
+        out.append([[round(float(t) - zero, 3), *(int(part) for part in colour)] for t, *colour in rows])
+    return out
 
 
 def _searched(analysis: FlightAnalysis) -> float:

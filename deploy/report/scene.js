@@ -177,6 +177,21 @@ const scene = (() => {
     }
   }
 
+  // The colour an LED ring was last told; null: none, or dark.
+  function lightOf(i) {
+    const told = ((play.lights || [])[i] || []).filter((row) => row[0] <= cursor.t + 1e-6).pop();
+    return told && Math.max(told[1], told[2], told[3]) > 0 ? told.slice(1) : null;
+  }
+
+  function drawLight(context, q, light) {
+    const brightness = Math.max(...light), hue = light.map((part) => Math.round(255 * part / brightness)).join(",");
+    const glow = context.createRadialGradient(q[0], q[1], 6, q[0], q[1], 22);
+    glow.addColorStop(0, `rgba(${hue}, ${0.25 + 0.65 * brightness / 255})`);
+    glow.addColorStop(1, `rgba(${hue}, 0)`);
+    context.fillStyle = glow;
+    context.beginPath(); context.arc(q[0], q[1], 22, 0, 2 * Math.PI); context.fill();
+  }
+
   function drawRobots(context, k) {
     const order = Array.from({ length: N }, (_, i) => i).filter((i) => known(at(flown, k, i)));
     order.sort((a, b) => project(at(flown, k, b))[2] - project(at(flown, k, a))[2]);
@@ -193,7 +208,10 @@ const scene = (() => {
       path(context, [q, ground]); context.stroke();
       context.fillStyle = colours.ink; context.globalAlpha = 0.18 * faded;
       context.beginPath(); context.ellipse(ground[0], ground[1], 7, 7 * Math.abs(Math.sin(camera.pitch)), 0, 0, 2 * Math.PI); context.fill();
-      context.globalAlpha = faded; context.fillStyle = robotColour(i);
+      context.globalAlpha = faded;
+      const light = lightOf(i);
+      if (light) drawLight(context, q, light);
+      context.fillStyle = robotColour(i);
       context.beginPath(); context.arc(q[0], q[1], 6, 0, 2 * Math.PI); context.fill();
       context.strokeStyle = colours.card; context.lineWidth = 1.5; context.stroke();
       context.font = "600 " + FONT; context.textAlign = "left"; context.textBaseline = "middle";

@@ -8,6 +8,7 @@ from deploy.execute import Equipment, fly
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Interrupts
 from deploy.rehearsal import Stage
+from missions.fleet import altitudes
 from missions.loader import parse_mission
 from missions.schema import Flight, Gaussian, GaussianMixtureMap, Horizon, Limits, Mission, Robot, Workspace
 from planner.certificate.certify import certify
@@ -61,7 +62,8 @@ def small_mission(**flight):
 
 def small_plan(mission=None):
     mission = mission or small_mission()
-    moves = {robot.name: encode(_move(robot.start, mission.flight.altitude)) for robot in mission.robots}
+    high = zip(mission.robots, altitudes(mission), strict=True)
+    moves = {robot.name: encode(_move(robot.start, altitude)) for robot, altitude in high}
     return certified(mission, moves)
 
 

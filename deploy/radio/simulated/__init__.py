@@ -36,7 +36,8 @@ Memory                modelled: trajectory memory with its bounds, tester, asser
                       (read by clients while they connect), deck memory's records, LED ring. absent: decks' own
                       flash, configuration EEPROM, lighthouse geometry, anchors
 Decks                 modelled: what names them (EEPROM, deck.* parameters); the ranger that looks down; poses as from
-                      a Lighthouse deck. absent: flow, multiranger, UWB and everything else
+                      a Lighthouse deck; an LED ring's effects 0, 7 and 14. absent:
+                      flow, multiranger, UWB and everything else
 High-level commander  modelled: every command, return codes, group masks, both encodings, float32 evaluation, the
                       planner's oddities (jump of a relative yaw, compressed end marker, pieces used in place);
                       within the recordings' tolerances

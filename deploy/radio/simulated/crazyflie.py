@@ -12,6 +12,7 @@ from deploy.radio.simulated.high_level.commander import HighLevelCommander
 from deploy.radio.simulated.high_level.planner import Foresight
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
 from deploy.radio.simulated.interface import Course, Orders, PoseMeasurement, Setpoint, Telemetry
+from deploy.radio.simulated.led_ring import LedRing
 from deploy.radio.simulated.parameters import Parameters
 from deploy.radio.simulated.platform_defaults import platform_defaults
 from deploy.radio.simulated.ports import (
@@ -103,6 +104,12 @@ class SimulatedCrazyflie:
         """The supervisor's bit field."""
         return self._supervisor.info
 
+    @property
+    def light(self) -> tuple[float, float, float]:
+        """What its LED ring shines like now: red, green, blue, up to 255 each; dark without a ring."""
+        with self._lock:
+            return (0.0, 0.0, 0.0) if self._ring is None else self._ring.run(self._uptime())
+
     def attach(self, receiver: Receiver | None) -> None:
         """Connect a client: ``receiver(port, channel, data)`` gets every packet sent. None disconnects."""
         with self._lock:
@@ -121,6 +128,8 @@ class SimulatedCrazyflie:
             handle = self._ports.get(header >> 4)
             if handle is None:
                 return
+            if self._ring is not None and header >> 4 == param.PORT:
+                self._ring.run(self._uptime())  # up to now it was as its parameters said before
             if header >> 4 not in _IDLE and self._due > -math.inf:
                 self._high_level.catch_up()
                 self._due = -math.inf
@@ -198,6 +207,7 @@ class SimulatedCrazyflie:
         )
         self._param = param.ParamPort(self._send, self._parameters)
         getters = live_variables(self._snapshot)
+        self._ring = LedRing(self._parameters) if any(deck.leds for deck in self._decks) else None
         self._log = log.LogPort(self._send, log_toc(self._hardware), getters, self._milliseconds)
         self._steering = Steering(self._parameters, self._param.notify)
         self._crashed = False  # a blow was felt since the supervisor's last step
