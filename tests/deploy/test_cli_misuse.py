@@ -112,7 +112,7 @@ def test_an_infeasible_mission_is_a_table_and_no_file(tmp_path, capsys):
     """Four robots 0.3 m apart cannot all be that connected: not provable beforehand, so the solver has to say it."""
     path = edited(tmp_path, "imec_four_drones", "threshold: 0.25", "threshold: 0.72")
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("  seed: 0", "  time_limit: 3.0\n  seed: 0"), encoding="utf-8")
+    path.write_text(text.replace("  seed: 0", "  time_limit: 1.0\n  seed: 0"), encoding="utf-8")
     capsys.readouterr()
     assert main(["plan", str(path), "-o", str(tmp_path / "out.mcap")]) == 1
     captured = capsys.readouterr()

@@ -127,14 +127,6 @@ def test_the_log_holds_the_flight(good):
     assert reference["position"][0] == pytest.approx((*STARTS["cf2"], 0.6), abs=0.01)
 
 
-def test_the_same_seed_flies_the_same_flight(good, bench):
-    first, _, truth, _ = good
-    again, _, same = bench()
-    assert np.array_equal(truth, same)
-    assert first.largest_error == again.largest_error
-    assert (first.phase, first.duration) == (again.phase, again.duration)
-
-
 def test_one_interrupt_lands_everybody(bench):
     outcome, ready, truth = bench(operator=At(MISSION_STARTS_ABOUT + 1.2))
     assert outcome.phase is Phase.ABORTED

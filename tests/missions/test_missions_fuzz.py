@@ -94,7 +94,7 @@ def mutated(draw):
     return text
 
 
-@settings(QUICK, max_examples=600)
+@settings(QUICK, max_examples=400)
 @given(mutated())
 def test_mutations_of_shipped_missions(text):
     judge(text)
@@ -116,7 +116,7 @@ def npy():
     return stream.getvalue()
 
 
-@settings(QUICK, max_examples=500)
+@settings(QUICK, max_examples=300)
 @given(st.data())
 def test_damaged_maps(data):
     information, original = data.draw(

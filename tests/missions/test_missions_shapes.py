@@ -57,7 +57,7 @@ def inside(body, x):
 def test_the_distance_is_that_to_the_nearest_point_of_the_surface(shape):
     body = solid(shape)
     points = surface(body)
-    for x in np.random.default_rng(0).uniform((-1.0, -1.0, 0.0), (2.0, 2.0, 1.2), (60, 3)):
+    for x in np.random.default_rng(0).uniform((-1.0, -1.0, 0.0), (2.0, 2.0, 1.2), (30, 3)):
         nearest = np.linalg.norm(points - x, axis=1).min()
         expected = -nearest if inside(body, x) else nearest
         assert body.distance(x[:, None]).value[0] == pytest.approx(expected, abs=0.012)

@@ -34,7 +34,7 @@ robots: [{name: a, start: [1.0, 0.5]}, {name: b, start: [1.0, 1.5]}]
 obstacles: [{type: circle, center: [1.0, 1.0], radius: 0.2}]
 connectivity: {policy: probabilistic, range: 0.7, sub_periods: 1, threshold: 0.1}
 limits: {acceleration: 0.6, speed: 1.0, separation: 0.3}
-solver: {starts: 2}
+solver: {starts: 1}
 """
 
 

@@ -10,7 +10,7 @@ import pytest
 from missions import MissionError, parse_mission
 from missions.dynamics import CasadiModel, SingleIntegratorModel, expression_fault, fault
 from missions.reach import reach
-from missions.schema import NoConnectivity, ProbabilisticConnectivity, SolverSettings
+from missions.schema import Horizon, NoConnectivity, ProbabilisticConnectivity, SolverSettings
 from planner.dynamics import Cotangent, DoubleIntegrator, SingleIntegrator
 from planner.dynamics.casadi_model import casadi_dynamics
 from planner.errors import NotFlyableError, PlannerError
@@ -106,9 +106,10 @@ def test_a_differential_drive_turns_in_circles():
 def test_the_fast_solver_plans_with_any_model(model):
     mission = small(
         ProbabilisticConnectivity(range=0.5, sub_periods=2, threshold=0.25),
+        horizon=Horizon(8.0, 0.2),
         dynamics=model,
     )
-    done = solve(build_problem(mission), SolverSettings(time_limit=120.0))
+    done = solve(build_problem(mission), SolverSettings(time_limit=120.0, starts=1))
     assert done.status.feasible
     again = mission_dynamics(mission).rollout(done.plan.u)
     np.testing.assert_allclose(again.q, done.plan.q, atol=1e-12)

@@ -179,7 +179,7 @@ class TestNoPlan:
         mission = small(
             ProbabilisticConnectivity(range=0.3, sub_periods=1, threshold=0.9), robots=robots((-0.6, -0.6), (0.0, -0.6))
         )
-        schedule = Schedule(rounds=100)
+        schedule = Schedule(rounds=30)
         done = solve(build_problem(mission), SETTINGS, schedule=schedule)
         assert done.plan is None
         assert done.status is SolveStatus.INFEASIBLE
