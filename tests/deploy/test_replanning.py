@@ -22,6 +22,7 @@ from planner.replan import replan
 from planner.trajectory.encode import decode
 from planner.trajectory.legs import HALF
 from tests.deploy import replan_bench as bench
+from tests.deploy.flight_bench import certified
 
 LOSS = """
 name: lossy
@@ -112,10 +113,9 @@ def test_without_a_new_plan_the_old_one_goes_on_and_a_map_told_is_flown(plan, tm
         return words.pop(0) if words and (len(words) > 1 or not waiting) else None
 
     words = ["[not, a, map]", "{type: gaussians, components: [{mean: [0.7, 0.6], covariance: 1e-1}]}"]
-    first_two = bench.mission("".join(bench.TEXT.partition("    - {time: 18.0")[:1]))
-    fewer = dataclasses.replace(
-        plan, mission=first_two, certificate=certify(first_two, plan.trajectories, plan.transfers)
-    )
+    text = bench.TEXT.partition("    - {time: 18.0")[0]
+    first_two = bench.mission(text.replace("settle_time: 0.5", "settle_time: 0.5, return_to: none"))
+    fewer = certified(first_two, plan.trajectories)
     outcome, log = rehearse(fewer, log_path=tmp_path / "flight.mcap", replanner=replanner, new_map=new_map)
     record = read_log(log)
     assert outcome.phase is Phase.LANDED
