@@ -44,25 +44,18 @@ _NUMERIC_TYPE = _named(
 )
 _LEVEL = _named("LogLevel", "UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
 
+_STAMPED = {"timestamp": _TIME, "frame_id": _TEXT}
+_VERTICES = {"points": _list(_POINT3), "color": _COLOR, "colors": _list(_COLOR), "indices": _list(_COUNT)}
+
 _LINE = _object(
     "LinePrimitive",
     type=_LINE_TYPE,
     pose=_POSE,
     thickness=_NUMBER,
     scale_invariant=_FLAG,
-    points=_list(_POINT3),
-    color=_COLOR,
-    colors=_list(_COLOR),
-    indices=_list(_COUNT),
+    **_VERTICES,
 )
-_TRIANGLES = _object(
-    "TriangleListPrimitive",
-    pose=_POSE,
-    points=_list(_POINT3),
-    color=_COLOR,
-    colors=_list(_COLOR),
-    indices=_list(_COUNT),
-)
+_TRIANGLES = _object("TriangleListPrimitive", pose=_POSE, **_VERTICES)
 _SPHERE = _object("SpherePrimitive", pose=_POSE, size=_VECTOR3, color=_COLOR)
 _LABEL = _object(
     "TextPrimitive",
@@ -75,8 +68,7 @@ _LABEL = _object(
 )
 _ENTITY = _object(
     "SceneEntity",
-    timestamp=_TIME,
-    frame_id=_TEXT,
+    **_STAMPED,
     id=_TEXT,
     lifetime=_DURATION,
     frame_locked=_FLAG,
@@ -101,8 +93,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
     "foxglove.PoseInFrame": _object(
         "PoseInFrame",
         "A timestamped pose for an object or reference frame in 3D space",
-        timestamp=_TIME,
-        frame_id=_TEXT,
+        **_STAMPED,
         pose=_POSE,
     ),
     "foxglove.FrameTransforms": _object(
@@ -117,8 +108,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
     "foxglove.Grid": _object(
         "Grid",
         "A 2D grid of data",
-        timestamp=_TIME,
-        frame_id=_TEXT,
+        **_STAMPED,
         pose=_POSE,
         column_count=_COUNT,
         cell_size=_VECTOR2,
