@@ -36,12 +36,13 @@ class Schedule:
     Attributes:
         penalty: μ of the first round. growth: factor a round of searches that are compared. largest: μ stays below.
         lingering, calm: factor a round of a search on its own while E changes by at least ``steep`` a round
-            (relative), and while it does not. hurrying: after ``unhurried`` rounds. rushing: once E is negligible.
+            (relative), and while it does not. hurrying: after ``unhurried`` rounds. pressing: of models that are dear.
+            rushing: once E is negligible.
         iterations: of L-BFGS a round. rounds: at most. memory: of L-BFGS.
         settled: relative change of E over ``window`` rounds below which it counts as settled.
         negligible: E that is low enough: a flight's tracking error of a centimetre moves E by far more.
-        patience: rounds at a large penalty without the violation falling after which the limits count as
-            contradictory.
+        patience: rounds without the violation falling after which the limits count as contradictory, once the penalty
+            is ``stiff``: while it is soft, a low E outweighs what is missed.
     """
 
     penalty: float = 0.1
@@ -49,6 +50,7 @@ class Schedule:
     lingering: float = 1.015
     calm: float = 1.03
     hurrying: float = 1.1
+    pressing: float = 1.15
     rushing: float = 1.3
     steep: float = 0.02
     unhurried: int = 120
@@ -60,6 +62,7 @@ class Schedule:
     window: int = 8
     negligible: float = 5e-7
     patience: int = 60
+    stiff: float = 30.0
 
     @property
     def steady(self) -> Schedule:
@@ -69,7 +72,7 @@ class Schedule:
     @property
     def hurried(self) -> Schedule:
         """The same for models an evaluation of which is dear: as soon as E settles, limits are what is left to do."""
-        return replace(self, calm=self.hurrying)
+        return replace(self, calm=self.pressing, hurrying=self.pressing)
 
 
 @dataclass(frozen=True)
@@ -170,7 +173,7 @@ def settled(state: State, schedule: Schedule) -> bool:
 
 def hopeless(state: State, schedule: Schedule) -> bool:
     """Whether limits are missed although penalties are large and have been growing for long."""
-    if len(state.misses) <= 2 * schedule.patience:
+    if len(state.misses) <= 2 * schedule.patience or state.mu < schedule.stiff:
         return False
     lately, before = min(state.misses[-schedule.patience :]), min(state.misses[: -schedule.patience])
     return lately > 10.0 * METRE_TOLERANCE and lately > 0.9 * before

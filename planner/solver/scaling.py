@@ -38,13 +38,14 @@ class FreeModes(ControlModes):
 
     def controls(self, z: Array) -> Array:
         """Controls (T, N, m) of variables z (K, N, m)."""
-        u: Array = self.origin + self.unit * np.einsum("mtk,knm->tnm", self.S, z, optimize=True)
+        each: Array = self.S @ z.transpose(2, 0, 1)  # (m, T, N)
+        u: Array = self.origin + self.unit * each.transpose(1, 2, 0)
         return u
 
     def pull(self, to_u: Array) -> Array:
         """Gradient with respect to z of a gradient with respect to u."""
-        to_z: Array = np.einsum("mtk,tnm->knm", self.S, to_u * self.unit, optimize=True)
-        return to_z
+        to_z: Array = self.S.swapaxes(1, 2) @ (to_u * self.unit).transpose(2, 0, 1)  # (m, K, N)
+        return np.ascontiguousarray(to_z.transpose(1, 2, 0))
 
     def variables(self, u: Array) -> Array:
         """The z whose controls are nearest to u (least squares)."""

@@ -13,7 +13,7 @@ from planner.errors import NoFeasiblePlan
 from planner.indicators import indicators
 from planner.problem import Margins, build_problem
 from planner.solver import race, search
-from planner.solver.augmented_lagrangian import Schedule, State, pace
+from planner.solver.augmented_lagrangian import Schedule, State, hopeless, pace
 from planner.solver.coarse import refined_controls, refined_multipliers
 from planner.solver.lbfgs import Memory, Point, answered, line_search, minimise
 from planner.solver.result import SolveStatus
@@ -272,6 +272,12 @@ class TestPace:
         schedule = Schedule()
         assert pace(self.state(1e-6), 1e-7, schedule) == schedule.rushing
         assert pace(self.state(1e-2, schedule.unhurried), 0.5e-2, schedule) == schedule.hurrying
+
+    def test_limits_are_not_given_up_while_the_penalty_is_soft(self):
+        """Robots that may only move slowly are far too fast until then: a low E outweighs that."""
+        soft, schedule = self.state(1e-5, 200), Schedule()
+        assert not hopeless(soft, schedule)
+        assert hopeless(dataclasses.replace(soft, mu=schedule.stiff), schedule)
 
     def test_long_steps_are_searched_by_samples_first(self):
         problem = build_problem(scaling(3))
