@@ -1,7 +1,7 @@
 """What LED rings show: how wide each robot sees. A narrow footprint is bright and warm, a wide one dim and cold.
 
-As if the same light fell on all that is seen, as the paper's drones show it (Zheng et al., Fig. 1 and 11): brightness
-is the narrowest footprint's area as a share of this one's, never below :data:`DIMMEST`.
+Brightness is the size of the narrowest footprint of the mission as a share of this one's, never below :data:`DIMMEST`
+(after the drones of Zheng et al., Fig. 1 and 11, whose lights show their footprints on the floor).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def colour(wide: float, narrowest: float, widest: float) -> Colour:
     """Red, green, blue, 0 to 255 each, of a spread between the narrowest and the widest of a mission [m]."""
     wide = min(max(wide, narrowest), widest)
     share = 0.0 if widest <= narrowest else math.log(wide / narrowest) / math.log(widest / narrowest)
-    brightness = max(DIMMEST, (narrowest / wide) ** 2)
+    brightness = max(DIMMEST, narrowest / wide)
     hue = [(1.0 - share) * a + share * b for a, b in zip(NARROW, WIDE, strict=True)]
     red, green, blue = (round(255.0 * brightness * part / max(hue)) for part in hue)
     return red, green, blue
