@@ -41,7 +41,8 @@ def flown(tmp_path, plan, **kwargs):
 
 def test_colours_go_from_warm_and_bright_to_cold_and_dim():
     assert colour(0.1, 0.1, 0.5) == colour(0.01, 0.1, 0.5) == NARROW
-    assert colour(0.5, 0.1, 0.5) == tuple(round(DIMMEST * part) for part in WIDE)
+    assert colour(0.5, 0.1, 0.5) == tuple(round(0.2 * part) for part in WIDE)
+    assert max(colour(5.0, 0.1, 5.0)) == round(255 * DIMMEST)
     brightness = [max(colour(wide, 0.1, 0.5)) for wide in (0.1, 0.15, 0.2, 0.3, 0.5)]
     assert brightness == sorted(brightness, reverse=True)
     assert colour(0.2, 0.2, 0.2) == NARROW  # of one size all the time
