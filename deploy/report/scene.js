@@ -185,11 +185,11 @@ const scene = (() => {
 
   function drawLight(context, q, light) {
     const brightness = Math.max(...light), hue = light.map((part) => Math.round(255 * part / brightness)).join(",");
-    const glow = context.createRadialGradient(q[0], q[1], 6, q[0], q[1], 22);
-    glow.addColorStop(0, `rgba(${hue}, ${0.25 + 0.65 * brightness / 255})`);
+    const glow = context.createRadialGradient(q[0], q[1], 6, q[0], q[1], 26);
+    glow.addColorStop(0, `rgba(${hue}, ${0.45 + 0.5 * brightness / 255})`);
     glow.addColorStop(1, `rgba(${hue}, 0)`);
     context.fillStyle = glow;
-    context.beginPath(); context.arc(q[0], q[1], 22, 0, 2 * Math.PI); context.fill();
+    context.beginPath(); context.arc(q[0], q[1], 26, 0, 2 * Math.PI); context.fill();
   }
 
   function drawRobots(context, k) {
