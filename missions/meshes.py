@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import struct
+import warnings
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
@@ -20,10 +21,11 @@ MOST_FACES, MOST_POINTS = 200_000, 50_000
 FEWEST_POINTS = 50  # of a cloud: fewer are no surface
 FORMATS = ("ply", "obj", "stl")
 NEIGHBOURS = 8  # of a point of a cloud, which tell where its surface lies
+CLOSE = 4  # of them, which tell how far apart points are
 OVERLAP = 1.6  # side of the square that a point of a cloud becomes, over the distance to its neighbours
-_UNREADABLE = (
-    OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, ZeroDivisionError, OverflowError, EOFError,
-    MemoryError, NotImplementedError, ImportError, struct.error,
+_UNREADABLE = (  # whatever the library stumbles over in a file that is damaged, names it never bound included
+    OSError, ValueError, TypeError, LookupError, AttributeError, NameError, ArithmeticError, EOFError, AssertionError,
+    MemoryError, RuntimeError, ImportError, struct.error,
 )  # fmt: skip
 
 
@@ -77,15 +79,16 @@ def _load(data: bytes, ending: str) -> Any:  # noqa: ANN401 - a mesh or a point 
     except ImportError:
         raise MeshError("reading it takes trimesh and Embree: pip install 'ergoflie[objects]'") from None
     try:
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=ending)
-        parts = list(scene.geometry.values())
-        if len(parts) == 1:
-            geometry = parts[0]
-        else:
-            meshes = [part for part in parts if hasattr(part, "faces")]
-            geometry = trimesh.util.concatenate(meshes) if meshes else trimesh.Trimesh()
-        if hasattr(geometry, "merge_vertices") and hasattr(geometry, "faces"):
-            geometry.merge_vertices(merge_tex=True, merge_norm=True)  # STL repeats every corner
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what matters is checked below
+            parts = list(trimesh.load_scene(io.BytesIO(data), file_type=ending).geometry.values())
+            if len(parts) == 1:
+                geometry = parts[0]
+            else:
+                meshes = [part for part in parts if hasattr(part, "faces")]
+                geometry = trimesh.util.concatenate(meshes) if meshes else trimesh.Trimesh()
+            if hasattr(geometry, "faces"):
+                geometry.merge_vertices(merge_tex=True, merge_norm=True)  # STL repeats every corner
     except _UNREADABLE as error:
         text = " ".join(str(error).split())[:80] or type(error).__name__
         raise MeshError(
@@ -122,7 +125,7 @@ def _cloud(points: Array) -> Mesh:
     distance, near = cKDTree(points).query(points, k=NEIGHBOURS + 1)
     around = points[near] - points[near].mean(axis=1, keepdims=True)
     _, axes = np.linalg.eigh(np.einsum("pna,pnb->pab", around, around))  # least spread first
-    half = 0.5 * OVERLAP * np.median(distance[:, 1:], axis=1)[:, None]  # of some points one neighbour is very close
+    half = 0.5 * OVERLAP * distance[:, 1 : 1 + CLOSE].mean(axis=1)[:, None]
     u, v = half * axes[:, :, 1], half * axes[:, :, 2]
     corners = np.stack((points - u - v, points + u - v, points + u + v, points - u + v), axis=1)
     first = 4 * np.arange(len(points))[:, None, None]

@@ -14,7 +14,7 @@ from missions.airframes import airframe
 from missions.arrays import Array
 from missions.errors import MissionError
 from missions.information_at import information_at
-from missions.meshes import Mesh
+from missions.meshes import OVERLAP, Mesh
 from missions.objects import InspectedObject, Surface
 from missions.obstacles import ObjectPart
 from missions.schema import FacingYaw, Mission
@@ -66,6 +66,8 @@ def _surface(
     error: Callable[[str, str], MissionError],
 ) -> Surface:
     points, normals, face, area = spread(vertices, mesh.faces, item.samples)
+    if mesh.two_sided:
+        area /= OVERLAP**2
     lower = np.array([*mission.workspace.lower[:2], 0.0])
     density = information_at(mission.information, points, lower, np.array(mission.workspace.upper))
     if not density.max() > 0.0:
@@ -132,16 +134,18 @@ Slice = tuple[float, float, Array]  # from height to height [m], reach (SIDES,) 
 
 
 def _joined(slices: list[Slice], n: Array) -> list[Slice]:
-    """Neighbours as one as long as that is hardly larger: fewer shapes to keep clear of."""
+    """Neighbours as one as long as that is hardly larger than they are: fewer shapes to keep clear of."""
     out = [slices[0]]
+    volume = _volume(slices[0], n)
     for low, high, support in slices[1:]:
-        below, level, reach = out[-1]
-        both = np.maximum(reach, support)
-        volumes = (level - below) * _area(reach, n) + (high - low) * _area(support, n)
-        if (high - below) * _area(both, n) <= (1.0 + ALIKE) * volumes:
-            out[-1] = (below, high, both)
+        bottom, _, reach = out[-1]
+        both = (bottom, high, np.maximum(reach, support))
+        volume += _volume((low, high, support), n)
+        if _volume(both, n) <= (1.0 + ALIKE) * volume:
+            out[-1] = both
         else:
             out.append((low, high, support))
+            volume = _volume(out[-1], n)
     return out
 
 
@@ -172,6 +176,7 @@ def _corners(support: Array, n: Array) -> Array:
     return np.stack((x, y), axis=1)
 
 
-def _area(support: Array, n: Array) -> float:
+def _volume(slice_: Slice, n: Array) -> float:
+    low, high, support = slice_
     x, y = _corners(support, n).T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return 0.5 * (high - low) * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

@@ -15,6 +15,7 @@ from missions.schema import Mission
 from missions.topology import sub_period_times
 from planner.indicators import ergodic_metric
 from planner.plan import Plan
+from planner.solver.modes import Weights
 
 LONGEST = 0.25  # [s] of a step whose corners are nothing to polynomials
 SMOOTH = 0.7  # fastest cosine mode of fine controls, in modes of the coarse ones
@@ -40,6 +41,12 @@ def finer(mission: Mission) -> Mission | None:
 def smooth_modes(mission: Mission) -> int:
     """Modes that controls on the finer grid are made of."""
     return max(1, round(SMOOTH * mission.steps))
+
+
+def smoother(mission: Mission, modes: int | None) -> int | None:
+    """Fewer modes than controls had, for steps that are short already; None if fewer would hardly move."""
+    fewer = round(SMOOTHER * (min(Weights().modes, mission.steps) if modes is None else modes))
+    return fewer if fewer >= FEWEST else None
 
 
 def joint_modes(mission: Mission) -> int | None:

@@ -21,7 +21,7 @@ from planner.certificate.record import Certificate, Check
 from planner.certificate.switching import switches
 from planner.errors import CertificateFailed, NoFeasiblePlan, NotFlyableError, PlannerError
 from planner.feasibility import check_feasible
-from planner.finer import FEWEST, SMOOTHER, at_steps, finer, joint_modes, smooth_modes
+from planner.finer import FEWEST, SMOOTHER, at_steps, finer, joint_modes, smooth_modes, smoother
 from planner.flightplan import FlightPlan
 from planner.plan import Plan
 from planner.problem import Margins, Problem, build_problem
@@ -157,7 +157,10 @@ def _tightened(mission: Mission, ask: Ask, attempt: Attempt) -> Ask:
     unguarded = not missed <= _GUARDS.keys()
     if unguarded and mission.replanning.joints and ask.modes is not None:
         return replace(ask, modes=max(FEWEST, round(SMOOTHER * ask.modes)))
-    if unguarded and (ask.modes is not None or finer(mission) is None):
+    short = finer(mission) is None
+    if unguarded and short and missed - _GUARDS.keys() <= _SHAKES and (modes := smoother(mission, ask.modes)):
+        return replace(ask, modes=modes)
+    if unguarded and (ask.modes is not None or short):
         raise CertificateFailed(attempt.certificate)
     if unguarded:
         return _easier_to_follow(mission, ask)
@@ -210,6 +213,10 @@ _GUARDS: Mapping[str, tuple[str, Callable[[Check], float]]] = {
     "contact at all times": ("range", lambda check: check.value - check.limit),
     "contact": ("range", lambda _: NUDGE),  # seconds that are missing because of millimetres
 }
+
+
+# What motors are asked for beyond their limits where accelerations change too fast: nothing else depends on snap.
+_SHAKES = frozenset({"motor thrust", "least motor thrust", "roll and pitch rate"})
 
 
 def grown(margins: Margins, certificate: Certificate) -> Margins:

@@ -104,6 +104,11 @@ def print_plan(flight_plan: FlightPlan) -> None:
         rows.append(("smallest separation", f"{number(found.smallest_separation)} m"))
     if mission.obstacles:
         rows.append(("smallest obstacle clearance", f"{number(found.smallest_clearance)} m"))
+    if mission.object is not None:
+        from planner.surface.seen import seen_surface
+
+        seen = seen_surface(mission, flight_plan.plan.q[:-1])
+        rows.append(("information on the object that is seen", f"{100.0 * seen.fraction:.0f} %"))
     if flight_plan.plan.evaluations:  # an imported plan has none
         rows.append(("solver", f"{flight_plan.plan.evaluations} evaluations, {flight_plan.plan.seconds:.1f} CPU s"))
     for name, encoded in flight_plan.trajectories.items():
@@ -119,11 +124,12 @@ def print_plan(flight_plan: FlightPlan) -> None:
 
 def _by_map(flight_plan: FlightPlan) -> dict[str, float]:
     """The plan's ergodicity on each of several maps; nothing where there is one."""
+    from missions.information import SeveralMaps
     from planner.pareto.front import Maps
 
-    maps = Maps.of(flight_plan.mission)
-    if len(maps.names) == 1:
+    if not isinstance(flight_plan.mission.information, SeveralMaps):
         return {}
+    maps = Maps.of(flight_plan.mission)
     return dict(zip(maps.names, map(float, maps.vector(flight_plan.plan.q[:-1])), strict=True))
 
 

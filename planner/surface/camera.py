@@ -31,9 +31,14 @@ class Camera:
     lens: CameraFootprint
     yaw: FacingYaw | FixedYaw
 
-    def axes(self, x: Array) -> Array:
-        """(M, 3) unit vectors along which it looks from x (M, 3) [m]; shorter right above what it faces."""
-        if isinstance(self.yaw, FixedYaw):
+    def axes(self, x: Array, heading: Array | None = None) -> Array:
+        """(M, 3) unit vectors along which it looks from x (M, 3) [m]; shorter right above what it faces.
+
+        With headings (M,) [rad] where they say, not where they should.
+        """
+        if heading is not None:
+            ahead = np.stack((np.cos(heading), np.sin(heading)), axis=1)
+        elif isinstance(self.yaw, FixedYaw):
             ahead = np.tile([math.cos(self.yaw.angle), math.sin(self.yaw.angle)], (len(x), 1))
         else:
             arrow = np.asarray(self.yaw.point) - x[:, :2]
@@ -41,21 +46,21 @@ class Camera:
         up = np.full((len(x), 1), math.sin(self.lens.pitch))
         return np.concatenate((math.cos(self.lens.pitch) * ahead, up), axis=1)
 
-    def picture(self, rays: Rays, x: Array) -> Array:
+    def picture(self, rays: Rays, x: Array, heading: Array | None = None) -> Array:
         """(M, J) solid angle [sr] that every point's patch takes up in pictures from x (M, 3) [m], as far as seen."""
-        seen = self.unobstructed(rays, x)
+        seen = self.unobstructed(rays, x, heading)
         m, j = np.nonzero(seen)
         seen[m, j] *= rays.sees(x[m], j)
         return seen
 
-    def unobstructed(self, rays: Rays, x: Array) -> Array:
+    def unobstructed(self, rays: Rays, x: Array, heading: Array | None = None) -> Array:
         """The same as if nothing were in front of anything."""
         surface, lens = rays.surface, self.lens
         way = surface.points - x[:, None]  # (M, J, 3)
         distance = np.maximum(np.linalg.norm(way, axis=-1), 1e-9)
         facing = -np.einsum("mjd,jd->mj", way, surface.normals) / distance
         facing = np.abs(facing) if surface.two_sided else facing
-        aside = np.arccos(np.clip(np.einsum("mjd,md->mj", way, self.axes(x)) / distance, -1.0, 1.0))
+        aside = np.arccos(np.clip(np.einsum("mjd,md->mj", way, self.axes(x, heading)) / distance, -1.0, 1.0))
         counts = (aside <= lens.half_angle) & (facing > max(math.cos(lens.grazing), 0.0))
         weight = lens.rim ** ((aside / lens.half_angle) ** 2) if lens.rim < 1.0 else 1.0
         if lens.reach is not None:

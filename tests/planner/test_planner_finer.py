@@ -8,7 +8,7 @@ import pytest
 from missions.schema import Horizon
 from missions.topology import sub_period_times
 from planner import pipeline
-from planner.finer import LONGEST, at_steps, finer, smooth_modes
+from planner.finer import FEWEST, LONGEST, at_steps, finer, smooth_modes, smoother
 from planner.pipeline import make_flight_plan
 from planner.plan import Plan
 from planner.problem import build_problem
@@ -93,3 +93,14 @@ def test_short_steps_that_cannot_be_followed_get_room_below_the_acceleration_lim
         make_flight_plan(small())
     first, second = margins
     assert second == dataclasses.replace(first, acceleration=first.acceleration + pipeline.STIFFER)
+
+
+def test_what_shakes_on_short_steps_gets_fewer_modes_until_hardly_any_are_left():
+    mission = imec()
+    modes, seen = smoother(mission, None), []
+    while modes is not None:
+        seen.append(modes)
+        modes = smoother(mission, modes)
+    assert seen[0] == 75
+    assert seen == sorted(seen, reverse=True)
+    assert seen[-1] >= FEWEST > 0.75 * seen[-1] - 1
