@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.arrays import Array
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, Rows
 from planner.dynamics import Cotangent, Motion
 
 
@@ -36,6 +36,13 @@ class ControlBound:
             cotangent.u[...] += u * (weights / limit)
 
         return Evaluation((u * u - limit**2) / (2.0 * limit), pull)
+
+    def rows(self, motion: Motion, weights: Array) -> Rows:
+        """Gradients of the components whose weight is not zero."""
+        t, robot, axis = np.nonzero(weights)
+        forces = np.zeros((1, motion.u.shape[2], len(t)))
+        forces[0, axis, np.arange(len(t))] = motion.u[t, robot, axis] / self.limit[robot]
+        return Rows("u", t[None], np.ones((1, len(t))), robot[None], forces)
 
     def violation(self, motion: Motion) -> Array:
         """Acceleration above the bound [m/s²], (T, N, ν)."""

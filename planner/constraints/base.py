@@ -24,6 +24,23 @@ class Evaluation(NamedTuple):
     pull: Callable[[Array, Cotangent], None]
 
 
+class Rows(NamedTuple):
+    """Gradients of the components of a residual that are in force, one a column.
+
+    Attributes:
+        part: of the motion that they are by: q, v, u or q_fine.
+        samples: (c, M) rows of that part. shares: (c, M) by how much each counts.
+        robots: (r, M) whom they concern. forces: (r, ν, M) gradient by where each of them is, maybe
+            along the first axes only.
+    """
+
+    part: str
+    samples: NDArray[np.intp]
+    shares: Array
+    robots: NDArray[np.intp]
+    forces: Array
+
+
 class Place(NamedTuple):
     """Where and when one component of a residual lives."""
 
@@ -62,6 +79,14 @@ class Adaptive(Protocol):
 
     def adapted(self, motion: Motion) -> Constraint:
         """The same with the choice that suits this motion; itself if that is the choice it has."""
+
+
+@runtime_checkable
+class Curved(Protocol):
+    """A constraint that tells gradients of its components: the curvature of its penalty is made of them."""
+
+    def rows(self, motion: Motion, weights: Array) -> Rows:
+        """Of the components whose weight is not zero."""
 
 
 @runtime_checkable

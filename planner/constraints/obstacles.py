@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.arrays import Array
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, Rows
 from planner.constraints.blocks import box_gaps
 from planner.constraints.paths import (
     EXACT,
@@ -56,11 +56,22 @@ class Obstacles:
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             n, o, k = acting(weights, at)
-            share = paths.shares(at[n, o, k])
-            force = place_at(self._from_center(paths, n, o, k), share) * (-weights[n, o, k] / self.radius[n, o])
-            push(cotangent.q_fine, paths.sample[:, k], share, n, force)
+            _, samples, share, _, (force,) = self._rows(paths, at, n, o, k)
+            push(cotangent.q_fine, samples, share, n, force * weights[n, o, k])
 
         return Evaluation(residual, pull)
+
+    def rows(self, motion: Motion, weights: Array) -> Rows:
+        """Gradients of the components whose weight is not zero."""
+        paths = Paths.of(motion, self.when)
+        _, at = self._closest(paths)
+        return self._rows(paths, at, *acting(weights, at))
+
+    def _rows(self, paths: Paths, at: Array, n: Indices, o: Indices, k: Indices) -> Rows:
+        """Gradients of robots n at obstacles o in spans k."""
+        share = paths.shares(at[n, o, k])
+        force = place_at(self._from_center(paths, n, o, k), share) / -self.radius[n, o]
+        return Rows("q_fine", paths.sample[:, k], share, n[None], force[None])
 
     def violation(self, motion: Motion) -> Array:
         """Depth inside the obstacle [m], (N, O, K); far from it no less than what says so."""

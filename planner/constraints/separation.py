@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.arrays import Array
-from planner.constraints.base import Evaluation, Place, stacked_pairs
+from planner.constraints.base import Evaluation, Place, Rows, stacked_pairs
 from planner.constraints.blocks import BLOCK, box_gaps, spans_of
 from planner.constraints.paths import (
     EXACT,
     SEARCHED,
     Closest,
+    Indices,
     Paths,
     When,
     acting,
@@ -68,17 +69,27 @@ class Separation:
 
         def pull(weights: Array, cotangent: Cotangent) -> None:
             p, k = acting(weights, at)  # few pairs are close at any time
-            i, j = self.pairs[p, 0], self.pairs[p, 1]
-            share = paths.shares(at[p, k])
-            force = place_at(paths.at(i, k) - paths.at(j, k), share)
-            force *= weights[p, k] / self.distance[p]
-            if self.scale is not None:
-                force *= self.scale[:, None]
-            samples = paths.sample[:, k]
-            push(cotangent.q_fine, samples, share, i, -force)
-            push(cotangent.q_fine, samples, share, j, force)
+            _, samples, share, (i, j), (force, opposite) = self._rows(paths, at, p, k)
+            push(cotangent.q_fine, samples, share, i, force * weights[p, k])
+            push(cotangent.q_fine, samples, share, j, opposite * weights[p, k])
 
         return Evaluation(squares, pull)
+
+    def rows(self, motion: Motion, weights: Array) -> Rows:
+        """Gradients of the components whose weight is not zero."""
+        paths = self._paths(motion)
+        _, at = self._closest(paths)
+        return self._rows(paths, at, *acting(weights, at))
+
+    def _rows(self, paths: Paths, at: Array, p: Indices, k: Indices) -> Rows:
+        """Gradients of pairs p in spans k."""
+        robots = self.pairs[p].T
+        share = paths.shares(at[p, k])
+        force = place_at(paths.at(robots[1], k) - paths.at(robots[0], k), share)
+        force /= self.distance[p]
+        if self.scale is not None:
+            force *= self.scale[:, None]
+        return Rows("q_fine", paths.sample[:, k], share, robots, np.stack([force, -force]))
 
     def violation(self, motion: Motion) -> Array:
         """ε_a − d [m], (P, K); of pairs that are far apart no less than what says so."""

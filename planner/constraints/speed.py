@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.arrays import Array
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, Rows
 from planner.dynamics import Cotangent, Motion
 
 
@@ -39,6 +39,13 @@ class Speed:
             cotangent.v[...] += v * (weights / self.limit)[..., None]
 
         return Evaluation(residual, pull)
+
+    def rows(self, motion: Motion, weights: Array) -> Rows:
+        """Gradients of the components whose weight is not zero."""
+        t, robot = np.nonzero(weights)
+        limit = np.broadcast_to(self.limit, weights.shape)[t, robot]
+        forces = motion.v[t, robot].T / limit
+        return Rows("v", t[None], np.ones((1, len(t))), robot[None], forces[None])
 
     def violation(self, motion: Motion) -> Array:
         """Speed above the limit [m/s], (T+1, N)."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.arrays import Array
-from planner.constraints.base import Evaluation, Place
+from planner.constraints.base import Evaluation, Place, Rows
 from planner.dynamics import Cotangent, Motion
 
 
@@ -36,6 +36,13 @@ class Inside:
             cotangent.q[...] += weights[1] - weights[0]
 
         return Evaluation(self.violation(motion), pull)
+
+    def rows(self, motion: Motion, weights: Array) -> Rows:
+        """Gradients of the components whose weight is not zero."""
+        side, t, robot, axis = np.nonzero(weights)
+        forces = np.zeros((1, motion.q.shape[2], len(t)))
+        forces[0, axis, np.arange(len(t))] = 2.0 * side - 1.0
+        return Rows("q", t[None], np.ones((1, len(t))), robot[None], forces)
 
     def violation(self, motion: Motion) -> Array:
         """Distance outside the box [m], (2, T+1, N, ν)."""

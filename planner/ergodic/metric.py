@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missions.arrays import Array
 from planner.ergodic.basis import CosineBasis, Tables
@@ -35,6 +36,14 @@ class SwarmMetric(Protocol):
 
     def evaluate_each(self, points: Array) -> tuple[Array, Array]:
         """Values (B,) for each of B swarms' positions (B, T·N, ν) [m], and the gradient (B, T·N, ν) [1/m]."""
+
+
+@runtime_checkable
+class SquaresMetric(Protocol):
+    """A metric that is a sum of squares."""
+
+    def squares(self, q: Array, most: int) -> NDArray[np.float32]:
+        """Gradients (k, N, ν, T) [1/m] of what is squared, the ``most`` weightiest, at positions q (T, N, ν) [m]."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,22 @@ class ErgodicMetric:
         weighted = self.basis.Lambda_k * error
         gradient = self.basis.pull_statistics(tables, 2.0 * weighted)
         return MetricValue(float(np.vdot(weighted, error)), gradient.reshape(q.shape))
+
+    def squares(self, q: Array, most: int) -> NDArray[np.float32]:
+        """√Λ_k ∂c_k/∂q (k, N, ν, T) [1/m] of the ``most`` largest Λ_k but the first, whose c_k never changes."""
+        basis, (T, N, nu) = self.basis, q.shape
+        chosen = np.argsort(-basis.Lambda_k, axis=None, kind="stable")[1 : most + 1]
+        k = basis.k.reshape(-1, nu)[chosen].astype(np.intp)
+        cosine, sine = basis.tables(q.swapaxes(0, 1).reshape(-1, nu), np.float32)  # (n, ν, N·T)
+        scale = np.sqrt(basis.Lambda_k.ravel()[chosen]) * (-np.pi / (T * N)) / basis.h_k.ravel()[chosen]
+        rows = np.empty((len(k), N, nu, T), np.float32)
+        for d in range(nu):
+            slope = (scale * k[:, d] / (basis.upper - basis.lower)[d]).astype(np.float32)
+            along = sine[k[:, d], d] * slope[:, None]
+            for other in (axis for axis in range(nu) if axis != d):
+                along *= cosine[k[:, other], other]
+            rows[:, :, d] = along.reshape(-1, N, T)
+        return rows
 
     def evaluate_each(self, points: Array) -> tuple[Array, Array]:
         """E (B,) of each of B swarms' positions (B, M, ν) [m], and the gradient (B, M, ν) [1/m].

@@ -22,6 +22,7 @@ import numpy as np
 from missions.arrays import Array
 from planner.constraints.base import Constraint
 from planner.dynamics import Motion
+from planner.solver.gauss_newton import GaussNewton
 from planner.solver.lagrangian import Lagrangian, Sample
 from planner.solver.lbfgs import Memory, Point, minimise
 from planner.solver.misses import METRE_TOLERANCE
@@ -63,6 +64,24 @@ class Schedule:
     negligible: float = 5e-7
     patience: int = 60
     stiff: float = 30.0
+
+    @property
+    def informed(self) -> Schedule:
+        """The same for searches that know the curvature of their problem: longer rounds, and fewer of them.
+
+        A round of four times as many iterations gets so much farther that the penalty may grow by more after it.
+        """
+        return replace(
+            self,
+            lingering=1.3,
+            calm=1.3,
+            hurrying=1.3,
+            rushing=3.0,
+            iterations=4 * self.iterations,
+            rounds=max(self.rounds // 3, 1),
+            window=2,
+            patience=10,
+        )
 
     @property
     def steady(self) -> Schedule:
@@ -108,10 +127,18 @@ def init(lagrangian: Lagrangian, z: Array, schedule: Schedule) -> State:
 
 
 def step(
-    lagrangian: Lagrangian, state: State, schedule: Schedule, memory: Memory, keep_going: Callable[[], bool]
+    lagrangian: Lagrangian,
+    state: State,
+    schedule: Schedule,
+    memory: Memory,
+    keep_going: Callable[[], bool],
+    model: GaussNewton | None = None,
 ) -> State:
-    """One round: minimise with fixed multipliers, update them, raise the penalty."""
+    """One round: minimise with fixed multipliers, update them, raise the penalty; with a ``model``, around that."""
     lagrangian.adapt(state.motion)
+    inverse = None
+    if model is not None:
+        inverse = model.inverse(lagrangian.at(state.z), state.multipliers, state.mu, memory)
 
     def objective(z: Array) -> tuple[float, Array]:
         return lagrangian(z, state.multipliers, state.mu)
@@ -124,6 +151,7 @@ def step(
         max_iterations=schedule.iterations,
         gradient_tolerance=1e-6,
         keep_going=keep_going,
+        inverse=inverse,
     )
     sample = lagrangian.at(point.z)
     multipliers = tuple(

@@ -80,8 +80,10 @@ class Memory:
         self.s_rows[self.end], self.y_rows[self.end] = s, y
         self.end += 1
 
-    def direction(self, gradient: Array) -> Array:
-        """−H g with H₀ = γ I, γ = s·y/y·y of the latest step."""
+    def direction(self, gradient: Array, inverse: Callable[[Array], Array] | None = None) -> Array:
+        """−H g with H₀ = ``inverse``, or γ I with γ = s·y/y·y of the latest step."""
+        if inverse is not None:
+            return self._around(gradient, inverse)
         if len(self) == 0:
             return -gradient
         gamma = self.SY[-1, -1] / self.YY[-1, -1]
@@ -89,6 +91,18 @@ class Memory:
         a = R_inverse @ (self.S @ gradient)
         b = (np.diag(self.SY) * a) + gamma * (self.YY @ a - self.Y @ gradient)
         step: Array = gamma * (a @ self.Y - gradient) - (b @ R_inverse) @ self.S
+        return step
+
+    def _around(self, gradient: Array, inverse: Callable[[Array], Array]) -> Array:
+        """The same around any H₀, by two loops (Nocedal and Wright, algorithm 7.4)."""
+        step, curvature = -gradient, np.diag(self.SY)
+        shares = np.zeros(len(self))
+        for k in reversed(range(len(self))):
+            shares[k] = float(self.S[k] @ step) / curvature[k]
+            step -= shares[k] * self.Y[k]
+        step = inverse(step)
+        for s, y, share, sy in zip(self.S, self.Y, shares, curvature, strict=True):
+            step += (share - float(y @ step) / sy) * s
         return step
 
 
@@ -131,10 +145,16 @@ def minimise(
     max_iterations: int,
     gradient_tolerance: float,
     keep_going: Callable[[], bool],
+    inverse: Callable[[Array], Array] | None = None,
 ) -> Point:
     """Descend from ``start``: :func:`descend` with every question answered by ``objective``."""
     descent = descend(
-        start, memory, max_iterations=max_iterations, gradient_tolerance=gradient_tolerance, keep_going=keep_going
+        start,
+        memory,
+        max_iterations=max_iterations,
+        gradient_tolerance=gradient_tolerance,
+        keep_going=keep_going,
+        inverse=inverse,
     )
     return answered(descent, objective)
 
@@ -157,9 +177,11 @@ def descend(
     max_iterations: int,
     gradient_tolerance: float,
     keep_going: Callable[[], bool],
+    inverse: Callable[[Array], Array] | None = None,
 ) -> Asking[Point]:
     """Descend from ``start``; ``memory`` is read and extended, so that a slightly changed objective starts informed.
 
+    ``inverse`` applies what is known of the Hessian's inverse otherwise, if anything is.
     Ends after ``max_iterations``, when |g| ≤ ``gradient_tolerance``, when no step descends any more, or when
     ``keep_going()`` says no.
     """
@@ -167,11 +189,11 @@ def descend(
     for _ in range(max_iterations):
         if float(np.linalg.norm(point.g)) <= gradient_tolerance or not keep_going():
             break
-        direction = memory.direction(point.g)
+        direction = memory.direction(point.g, inverse)
         if float(direction @ point.g) >= 0.0:
             memory.clear()
-            direction = -point.g
-        step = 1.0 if len(memory) else min(1.0, 1.0 / float(np.linalg.norm(point.g)))
+            direction = memory.direction(point.g, inverse)
+        step = 1.0 if len(memory) or inverse is not None else min(1.0, 1.0 / float(np.linalg.norm(point.g)))
         found = yield from line_search(point, direction, step)
         if found is None:
             if len(memory) == 0:

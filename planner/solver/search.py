@@ -18,6 +18,7 @@ from planner.plan import Plan
 from planner.problem import Problem
 from planner.solver import augmented_lagrangian as al
 from planner.solver.coarse import carried_controls, refined_controls, refined_multipliers
+from planner.solver.gauss_newton import GaussNewton
 from planner.solver.lagrangian import Lagrangian
 from planner.solver.lanes import Runner
 from planner.solver.lbfgs import Memory
@@ -64,6 +65,7 @@ class Search:
     def __post_init__(self) -> None:
         self.cpu_start, self.wall_start = time.process_time(), time.monotonic()
         self.lagrangian = self.formulate(self.problem)
+        self.model = GaussNewton.of(self.lagrangian)
         self.rng = np.random.default_rng([self.settings.seed, self.stream])
         self.spent = 0  # evaluations by other formulations: on the coarse grid, or before the search began afresh
 
@@ -71,6 +73,18 @@ class Search:
     def formulate(problem: Problem) -> Lagrangian:
         """A problem with preferences in force."""
         return Lagrangian(problem, scaled_modes(problem), (*problem.constraints, *problem.preferences))
+
+    def pace(self, state: al.State) -> al.Schedule:
+        """Of a search on its own: where most of the curvature is known, rounds are longer and fewer."""
+        return self.schedule.informed if self._informed(state) else self.schedule
+
+    def _informed(self, state: al.State) -> bool:
+        return self.model is not None and self.model.covers(state.multipliers)
+
+    def step(self, state: al.State, memory: Memory) -> al.State:
+        """One round of a search on its own."""
+        model = self.model if self._informed(state) else None
+        return al.step(self.lagrangian, state, self.pace(state), memory, self.keep_going, model)
 
     def warm(self, initial: Plan) -> Runner:
         """State of a plan given, on this grid or a coarser one."""
@@ -88,7 +102,7 @@ class Search:
             self.schedule = self.schedule.hurried
         state, memory, _ = runner
         while self.keep_going() and not self.ripe(state):
-            state = al.step(coarse, state, self.schedule, memory, self.keep_going)
+            state = self.step(state, memory)
             self.tell(state, f"coarse round {state.round}")
         self.on(self.problem)
         return self.moved(Runner(state, memory))
@@ -113,6 +127,7 @@ class Search:
         """Go on with a formulation of ``problem``: this one's, on another grid; or afresh."""
         self.spent = self.evaluations
         self.lagrangian = self.formulate(problem)
+        self.model = GaussNewton.of(self.lagrangian, None if self.model is None else self.model.damping)
 
     def at_rest(self) -> Runner | None:
         """Robots that stay where they start, if they may: who has to stay together for ever is better off so.
@@ -134,7 +149,7 @@ class Search:
     def ripe(self, state: al.State) -> bool:
         """Whether the coarse grid has said what it can."""
         near = max(state.violation, state.preference) <= RIPE * METRE_TOLERANCE
-        return near or al.terminate(state, self.schedule)
+        return near or al.terminate(state, self.pace(state))
 
     def moved(self, runner: Runner) -> Runner:
         """A runner from a coarser grid, or a simpler model, on this one."""
@@ -150,8 +165,8 @@ class Search:
     def rounds(self, runner: Runner) -> al.State:
         """Rounds until done, interrupted or out of time."""
         state, memory, _ = runner
-        while self.keep_going() and not al.terminate(state, self.schedule):
-            state = al.step(self.lagrangian, state, self.schedule, memory, self.keep_going)
+        while self.keep_going() and not al.terminate(state, self.pace(state)):
+            state = self.step(state, memory)
             self.record(state, f"round {state.round}")
         return state
 
@@ -229,7 +244,7 @@ class Search:
         """Outcome of the best motion seen."""
         best = self.best.state if self.best is not None else last
         feasible = best.violation <= METRE_TOLERANCE
-        status = self._status(feasible, al.settled(last, self.schedule))
+        status = self._status(feasible, al.settled(last, self.pace(last)))
         if feasible:
             return SolveOutcome(self._plan(best), status, (), tuple(self.history))
         missed = violations(self.problem.constraints, best.motion)
@@ -269,7 +284,7 @@ def search_cold(search: Search) -> SolveOutcome:
         rest = search.at_rest()
         if rest is not None:
             last = _settled(search, rest)
-        elif not al.hopeless(last, search.schedule):
+        elif not al.hopeless(last, search.pace(last)):
             last = _settled(search, search.cold())
     return _ended(search, last)
 
