@@ -1,9 +1,11 @@
 """A small flight for tests: two drones on short smooth moves, on the simulated radio."""
 
 import contextlib
+import functools
 
 import numpy as np
 
+from deploy.errors import DeployError
 from deploy.execute import Equipment, fly
 from deploy.flightlog.writer import FlightLog
 from deploy.operator import Interrupts
@@ -67,6 +69,11 @@ def small_plan(mission=None):
     return certified(mission, moves)
 
 
+@functools.cache
+def usual_plan():
+    return small_plan()
+
+
 def certified(mission, trajectories):
     """A flight plan of these bytes; its samples are of no consequence."""
     t = np.linspace(0.0, mission.horizon.duration, mission.steps + 1)
@@ -124,3 +131,36 @@ class At(Interrupts):
             self.times.pop(0)
             self.request()
         return super().land_requested()
+
+
+def fly_watched(folder, cache, plan=None, prepare=lambda ready: None, on=None, **kwargs):
+    """Fly, as a rule the small plan.
+
+    Returns the outcome or what was raised, the stage, and the truth (n, drones, 3) every 0.1 s.
+    """
+    plan = plan or usual_plan()
+    with stage(folder, on or plan) as ready:
+        truth = []
+        ready.world.every(0.1, lambda t: truth.append(ready.world.positions))
+        prepare(ready)
+        operator = kwargs.get("operator")
+        if isinstance(operator, At):
+            operator.bind(ready.clock)
+        try:
+            outcome = fly_on(ready, plan, cache, **kwargs)
+        except (DeployError, ZeroDivisionError) as error:  # every test looks at what it is
+            outcome = error
+        ready.path = ready.log.path
+        ready.final = ready.world.positions
+        ready.spinning = bool(ready.world.motors.any())
+        assert ready.clock.stalls == 0
+    return outcome, ready, np.array(truth)
+
+
+def on_the_ground(ready):
+    return ready.final[:, 2].max() < 0.02 and not ready.spinning
+
+
+def gentle(truth):
+    """Nobody fell: no more than 2 m/s downwards."""
+    return np.diff(truth[:, :, 2], axis=0).min() > -0.2

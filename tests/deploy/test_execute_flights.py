@@ -8,62 +8,46 @@ import struct
 import numpy as np
 import pytest
 
-from deploy.errors import DeployError, FlightAborted, LinkError, PreflightError
+from deploy.errors import FlightAborted, LinkError, PreflightError
 from deploy.flight.records import FlightStatus
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
-from deploy.radio import highlevel
 from deploy.radio.drone import Drone
 from deploy.radio.fleet import FleetError
-from deploy.radio.requests import Reply, Requests
 from deploy.radio.simulated.high_level.trajectory import TrajectoryMemory
 from deploy.radio.supervisor import Supervisor
 from deploy.rehearsal import rehearse
 from missions.loader import load_mission
-from tests.deploy.flight_bench import PADS, SHIFT, STARTS, At, fly_on, small_mission, small_plan, small_text, stage
+from tests.deploy.flight_bench import (
+    PADS,
+    SHIFT,
+    STARTS,
+    At,
+    fly_watched,
+    gentle,
+    on_the_ground,
+    small_mission,
+    small_plan,
+    small_text,
+    usual_plan,
+)
 from tests.tampering import altered
 
-PLAN = small_plan()
+PLAN = usual_plan()
 MISSION_STARTS_ABOUT = 5.0  # s of flight clock
-
-
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    """Tables of contents are fetched once for all tests here."""
-    return tmp_path_factory.mktemp("toc")
-
-
-def run(folder, cache, plan=PLAN, prepare=lambda ready: None, on=None, **kwargs):
-    """Fly; returns the outcome or what was raised, the stage, and the truth (n, drones, 3) every 0.1 s."""
-    with stage(folder, on or plan) as ready:
-        truth = []
-        ready.world.every(0.1, lambda t: truth.append(ready.world.positions))
-        prepare(ready)
-        operator = kwargs.get("operator")
-        if isinstance(operator, At):
-            operator.bind(ready.clock)
-        try:
-            outcome = fly_on(ready, plan, cache, **kwargs)
-        except (DeployError, ZeroDivisionError) as error:  # every test looks at what it is
-            outcome = error
-        ready.path = ready.log.path
-        ready.final = ready.world.positions
-        ready.spinning = bool(ready.world.motors.any())
-        assert ready.clock.stalls == 0
-    return outcome, ready, np.array(truth)
 
 
 @pytest.fixture
 def bench(tmp_path, cache):
-    """Flies in this test's folder; see ``run``."""
-    return functools.partial(run, tmp_path, cache)
+    """Flies in this test's folder; see ``fly_watched``."""
+    return functools.partial(fly_watched, tmp_path, cache)
 
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory, cache):
     """One flight that goes well: outcome, stage, truth, and what its observer was told."""
     statuses = []
-    return *run(tmp_path_factory.mktemp("good"), cache, observer=statuses.append), statuses
+    return *fly_watched(tmp_path_factory.mktemp("good"), cache, observer=statuses.append), statuses
 
 
 def during_mission(seconds, act):
@@ -76,15 +60,6 @@ def during_mission(seconds, act):
             act(status)
 
     return observe
-
-
-def on_the_ground(ready):
-    return ready.final[:, 2].max() < 0.02 and not ready.spinning
-
-
-def gentle(truth):
-    """Nobody fell: no more than 2 m/s downwards."""
-    return np.diff(truth[:, :, 2], axis=0).min() > -0.2
 
 
 def test_a_whole_flight(good):
@@ -292,112 +267,6 @@ def test_a_body_lost_to_motion_capture_lands_everybody(bench):
     assert any("no pose for 0." in warning for warning in outcome.warnings)
     assert all(outcome.landed.values())
     assert gentle(truth)
-
-
-def test_a_refused_start_brings_everybody_down(bench, monkeypatch):
-    honest = Drone.send
-
-    def refusing(drone, command):
-        if drone.name == "cf2" and command.what == "start trajectory":
-            command = highlevel.takeoff(0.6, 1.0)  # from hover: refused with 1
-        return honest(drone, command)
-
-    monkeypatch.setattr(Drone, "send", refusing)
-    outcome, ready, truth = bench()
-    assert outcome.phase is Phase.ABORTED
-    assert "trajectory start: cf2: refused by the planner" in outcome.reason
-    assert all(outcome.landed.values())
-    assert on_the_ground(ready)
-    assert gentle(truth)
-
-
-def test_a_start_that_is_accepted_and_not_flown_is_noticed(bench, monkeypatch):
-    honest = Drone.send
-
-    def forgetful(drone, command):
-        if drone.name == "cf2" and command.what == "start trajectory":
-            command = highlevel.start_trajectory(9)  # undefined: the firmware says 0 and does nothing
-        return honest(drone, command)
-
-    monkeypatch.setattr(Drone, "send", forgetful)
-    outcome, _, truth = bench()
-    assert outcome.phase is Phase.ABORTED
-    assert "m from where it should be" in outcome.reason
-    assert all(outcome.landed.values())
-    assert gentle(truth)
-
-
-def spoil(monkeypatch, command, answer):
-    """cf1's first command of a kind does not reach the drone; ``answer`` comes back, or nothing."""
-    honest, spoilt = Requests.send, []
-
-    def send(link, request):
-        if request.what != command or link._name != "cf1" or spoilt:
-            return honest(link, request)
-        spoilt.append(request)
-        reply = Reply(request, link._now())
-        if answer is None:
-            link._pending.setdefault(request.key, []).append(reply)
-        else:
-            reply.fill(request.payload[:3] + bytes([answer]), link._now())
-        return reply
-
-    monkeypatch.setattr(Requests, "send", send)
-
-
-def deafen(monkeypatch, code):
-    """cf1's first answer to a command is lost; the command itself arrives."""
-    honest, lost = Requests._incoming, []
-
-    def incoming(link, packet):
-        if packet.port == highlevel.PORT and packet.data[0] == code and link._name == "cf1" and not lost:
-            lost.append(packet)
-        else:
-            honest(link, packet)
-
-    monkeypatch.setattr(Requests, "_incoming", incoming)
-    return lost
-
-
-def test_a_start_that_is_lost_is_repeated(bench, monkeypatch):
-    spoil(monkeypatch, "start trajectory", None)
-    outcome, _, _ = bench()
-    assert outcome.phase is Phase.LANDED
-    assert any("repeated once" in warning for warning in outcome.warnings)
-    assert max(outcome.largest_error.values()) < 0.15
-
-
-def test_a_start_that_would_be_too_late_is_not_repeated(bench, monkeypatch):
-    spoil(monkeypatch, "start trajectory", None)
-    outcome, _, truth = bench(small_plan(small_mission(tracking_limit=0.06)))
-    assert outcome.phase is Phase.ABORTED
-    assert any("ms late: it would be up to 0.0" in warning for warning in outcome.warnings)
-    assert all(outcome.landed.values())
-    assert gentle(truth)
-
-
-def test_a_start_whose_answer_is_lost_is_not_repeated(bench, monkeypatch):
-    lost = deafen(monkeypatch, 0x0D)
-    outcome, _, _ = bench()
-    assert lost
-    assert outcome.phase is Phase.LANDED
-    assert any("not answered, but it flies" in warning for warning in outcome.warnings)
-    assert max(outcome.largest_error.values()) < 0.05
-
-
-@pytest.mark.parametrize("answer", [highlevel.BUSY, None])
-def test_a_take_off_that_is_not_taken_is_repeated(bench, monkeypatch, answer):
-    spoil(monkeypatch, "take-off", answer)
-    outcome, _, truth = bench()
-    assert outcome.completed, outcome
-    assert np.abs(truth[:, 0, 2] - truth[:, 1, 2]).max() < 0.15
-
-
-def test_a_take_off_whose_answer_is_lost_is_no_refusal(bench, monkeypatch):
-    lost = deafen(monkeypatch, 0x07)
-    outcome, _, _ = bench()
-    assert lost
-    assert outcome.completed, outcome
 
 
 def test_a_bug_in_flight_lands_everybody_before_it_is_reported(bench):

@@ -37,12 +37,6 @@ def run(folder, cache, prepare=lambda ready: None, plan=PLAN, **kwargs):
     return outcome, read_log(ready.log.path).events, np.array(truth), np.array(times)
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    """Tables of contents are fetched once for all tests here."""
-    return tmp_path_factory.mktemp("toc")
-
-
 @pytest.fixture
 def bench(tmp_path, cache):
     """Flies in this test's folder; see ``run``."""

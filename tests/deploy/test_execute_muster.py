@@ -28,11 +28,6 @@ def plan_with(connectivity=None, **safety):
 STRICT, LENIENT = plan_with(), plan_with(min_robots=1)
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("toc")
-
-
 @pytest.fixture
 def bench(tmp_path, cache):
     def run(plan, act=fly_on, nobody=(), prepare=lambda ready: None, **kwargs):

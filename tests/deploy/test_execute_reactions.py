@@ -14,11 +14,6 @@ from tests.deploy.flight_bench import PADS, fly_on, small_mission, small_plan, s
 PADS_AT = np.array(list(PADS.values()))
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("toc")
-
-
 @pytest.fixture
 def bench(tmp_path, cache):
     def run(act, **safety):

@@ -21,11 +21,6 @@ GROUND = [Phase.CHECKED, Phase.ARMED]  # the loop asks no phase for its name; th
 AIR = sorted(AIRBORNE - {Phase.ABORTING}, key=list(Phase).index)
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("toc")
-
-
 @pytest.fixture
 def bench(tmp_path, cache, monkeypatch):
     def run(stuck, **kwargs):

@@ -73,11 +73,6 @@ def test_every_kind_of_finding_has_a_least():
 # --------------------------------------------------------------------------------------------------------- flights
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("toc")
-
-
 @pytest.fixture
 def bench(tmp_path, cache):
     def run(word, sign, act, **safety):

@@ -25,11 +25,6 @@ from tests.deploy.flight_bench import fly_on, small_mission, small_plan, stage
 SIDEWAYS = {"up": "y", "unit": 0.001, "origin": (1.0, -2.0, 0.1), "yaw": 0.7, "height": 0.02}
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("toc")
-
-
 def plan_seen(safety=None, **setup):
     mission = dataclasses.replace(small_mission(), motion_capture=MotionCapture(**setup))
     return small_plan(dataclasses.replace(mission, safety=safety or mission.safety))
