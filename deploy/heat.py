@@ -10,9 +10,11 @@ import numpy as np
 
 from missions.arrays import Array
 from missions.information import ArrayMap, Gaussian, GaussianMixtureMap, ImageMap, InformationMap, SeveralMaps
+from missions.objects import Surface
 from missions.schema import Mission
 
 _LONG_SIDE = 120  # pixels
+_POINTS_ACROSS = 16  # cells across a surface: of points there are few
 
 
 def heat_image(mission: Mission) -> dict[str, object]:
@@ -21,8 +23,21 @@ def heat_image(mission: Mission) -> dict[str, object]:
 
 
 def map_image(information: InformationMap, mission: Mission) -> dict[str, object]:
-    """The same for one of several maps, over the mission's workspace."""
-    density = _density(information, mission)
+    """The same for one of several maps, over the mission's workspace; dark where it is an object that is looked at."""
+    return _image(np.zeros((2, 2)) if mission.object is not None else _density(information, mission))
+
+
+def top_view(surface: Surface, lower: Array, upper: Array) -> dict[str, object]:
+    """The information on a surface seen from above, over a box with corners (2,) [m]."""
+    side = upper - lower
+    cells = np.maximum(2, np.round(_POINTS_ACROSS * side / side.max()).astype(np.intp))
+    x, y = np.clip((surface.points[:, :2] - lower) / side * cells, 0, cells - 1).astype(np.intp).T
+    density = np.zeros((cells[0], cells[1]))
+    np.add.at(density, (x, y), surface.share)
+    return _image(density)
+
+
+def _image(density: Array) -> dict[str, object]:
     top = float(density.max())
     pixels = np.round(255.0 * density / top if top > 0.0 else density).astype(np.uint8).T  # (y, x)
     height, width = pixels.shape

@@ -26,7 +26,8 @@ class Coverage:
         planned: of the solver's samples. certified: of the bytes. flown: None if too little was seen of the flight.
         t: (P,) mission time [s]; planned_over_time, certified_over_time, flown_over_time: (P,) E of everything up to
             then; the flown curve is NaN where a robot was not seen (the gap itself is bridged linearly).
-        flown_statistics: (P, n, n) c_k of what was seen of the floor until then; None where robots do not look down.
+        flown_statistics: (P,) + (n,)*ν, c_k of what was seen of the floor or the object until then; None where robots
+            see nothing but where they are.
     """
 
     planned: Indicators
@@ -79,7 +80,7 @@ def coverage(
         planned_over_time=frozen(_over_time(metric, _running(metric, resample(plan.t, plan.q[..., :nu], t))[keep])),
         certified_over_time=frozen(_over_time(metric, _running(metric, reference)[keep])),
         flown_over_time=frozen(_over_time(metric, seen[keep])),
-        flown_statistics=frozen(seen[keep]) if mission.information_axes == 2 and mission.footprint else None,
+        flown_statistics=None if mission.footprint is None else frozen(seen[keep]),
     )
 
 

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from deploy.analysis.evidence import Evidence
 from deploy.analysis.findings import Verdict
 from deploy.analysis.meetings import PairMeetings
+from deploy.analysis.sights import flown_sights
 from deploy.analysis.switches import FlownSwitch
 from deploy.analysis.verdict import judge
+from planner.surface.seen import SeenSurface
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,11 @@ class FlightAnalysis(Evidence):
     def verdict(self) -> Verdict:
         """What to think of it."""
         return judge(self)
+
+    @functools.cached_property
+    def sights(self) -> SeenSurface | None:
+        """What was seen of the object; None where there was none, or no search."""
+        return flown_sights(self)
 
     @property
     def simulated(self) -> bool:
@@ -50,6 +57,7 @@ class FlightAnalysis(Evidence):
                 "certified": self.coverage.certified.ergodicity,
                 "flown": flown.ergodicity if flown else math.nan,
             },
+            "information_seen": self.sights.fraction if self.sights else None,
             "tracking": {
                 item.robot: {"mean": item.mean, "p95": item.p95, "largest": item.largest, "lag": item.mean_lag}
                 for item in self.tracking

@@ -14,6 +14,7 @@ from deploy.report.page import PLAYED, Kind, fill
 from deploy.report.playback import playback_data
 from deploy.report.replans import replans_table
 from deploy.report.switches import switches_table
+from deploy.report.thing import thing_table
 from deploy.report.verdict import diagnoses, verdict
 
 _REPORT = Kind("report/report.html", PLAYED)
@@ -34,7 +35,7 @@ def build_report(analysis: FlightAnalysis) -> str:
         verdict=verdict(analysis),
         diagnoses=diagnoses(analysis),
         figures=sections.figures(analysis),
-        indicators=sections.indicators_table(analysis),
+        indicators=thing_table(analysis) + sections.indicators_table(analysis),
         probabilities=sections.probability_table(analysis),
         forwarding=sections.forwarding_table(analysis),
         robots_table=sections.robots_table(analysis)

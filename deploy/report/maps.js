@@ -92,7 +92,7 @@ const maps = (() => {
 
   // The map as it was given, at the same cells as its reconstruction beside it; its own brightness, not a density.
   const given = (() => {
-    const { width, height, data: text } = play.heat, bytes = atob(text), out = new Float64Array(columns * rows);
+    const { width, height, data: text } = about.given || play.heat, bytes = atob(text), out = new Float64Array(columns * rows);
     for (let x = 0; x < columns; x++) for (let y = 0; y < rows; y++) {
       const cell = Math.floor((y + 0.5) / rows * height) * width + Math.floor((x + 0.5) / columns * width);
       out[y * columns + x] = top * bytes.charCodeAt(cell) / 255;

@@ -12,8 +12,10 @@ from deploy.analysis.record import FlightAnalysis
 from deploy.analysis.switches import timelines
 from deploy.heat import heat_image
 from deploy.report.packing import packed
+from deploy.report.thing import seen_data, thing_data
 from missions.arrays import Array
 from missions.fleet import altitudes
+from missions.obstacles import ObjectPart
 from missions.schema import Mission, Obstacle
 from missions.shapes import heights, outline
 from planner.trajectory.encode import decode
@@ -38,6 +40,7 @@ def playback_data(analysis: FlightAnalysis) -> dict[str, object]:
         "t0": float(t[0]),
         "dt": float(t[1] - t[0]),
         "n": len(t),
+        "thing": seen_data(analysis),
         "flown": packed(flown_positions(analysis, t)),
         "planned": packed(_planned(analysis, t)),
         "phases": phases(analysis),
@@ -59,7 +62,8 @@ def stage_data(mission: Mission) -> dict[str, object]:
         "range": mission.connectivity.range,
         "sees": [dataclasses.asdict(footprint) for footprint in mission.footprints],
         "altitude": altitude,
-        "obstacles": [_obstacle(obstacle) for obstacle in mission.obstacles],
+        "obstacles": [_obstacle(item) for item in mission.obstacles if not isinstance(item, ObjectPart)],
+        "thing": thing_data(mission),
         "heat": heat_image(mission),
         "duration": mission.horizon.duration,
     }

@@ -151,15 +151,55 @@ const scene = (() => {
     point: () => [[0, 0]],
     disc: (sees) => circle(sees.radius),
     cone: (sees, height) => circle(sees.slope * height),
+    camera: () => [],
     window: ({ slopes: [a, b], yaw }, height) => [[a, b], [-a, b], [-a, -b], [a, -b]].map(([x, y]) => [height * (x * Math.cos(yaw) - y * Math.sin(yaw)), height * (x * Math.sin(yaw) + y * Math.cos(yaw))]),
   };
   const circle = (radius) => Array.from({ length: 40 }, (_, s) => [radius * Math.cos(s * Math.PI / 20), radius * Math.sin(s * Math.PI / 20)]);
+
+  // The object: its surface as discs, farthest first. Who saw a point first lends it his colour; the fuller, the more
+  // information is on it. With a robot in focus, what he saw.
+  const thing = play.thing && {
+    points: unpack(play.thing.points), normals: unpack(play.thing.normals), share: unpack(play.thing.share),
+    first: play.thing.first && unpack(play.thing.first),
+  };
+  function finder(j) {
+    const count = thing.share.length;
+    let who = null, since = Infinity;
+    for (let i = 0; thing.first && i < N; i++) {
+      const t = thing.first[i * count + j];
+      if (!focus.dims(i) && t <= cursor.t + 1e-6 && t < since) { who = i; since = t; }
+    }
+    return who;
+  }
+  function drawThing(context) {
+    if (!thing) return;
+    const order = [], o = view(centre, camera.yaw, camera.pitch);
+    for (let j = 0; j < thing.share.length; j++) {
+      const p = thing.points.subarray(3 * j, 3 * j + 3), n = thing.normals.subarray(3 * j, 3 * j + 3);
+      const facing = -(view([centre[0] + n[0], centre[1] + n[1], centre[2] + n[2]], camera.yaw, camera.pitch)[2] - o[2]);
+      if (facing > 0 || play.thing.sided === 2) order.push([j, project(p), Math.abs(facing)]);
+    }
+    order.sort((a, b) => b[1][2] - a[1][2]);
+    const radius = 1.15 * play.thing.radius * scale;
+    for (const [j, q, facing] of order) {
+      const who = finder(j);
+      context.beginPath(); context.arc(q[0], q[1], radius, 0, 2 * Math.PI);
+      context.fillStyle = colours.card; context.globalAlpha = 1; context.fill();
+      context.fillStyle = who === null ? colours.soft : robotColour(who);
+      context.globalAlpha = (who === null ? 0.18 : 0.35 + 0.55 * Math.sqrt(thing.share[j])) * (0.55 + 0.45 * facing);
+      context.fill();
+    }
+    context.globalAlpha = 1;
+  }
+
   function drawSeen(context, k) {
     if (!play.sees.length || !document.getElementById("show-seen").checked) return;
     for (let i = 0; i < N; i++) {
       const p = at(flown, k, i);
       if (!known(p) || p[2] <= 0.1 || focus.dims(i)) continue;
-      const ring = OUTLINES[play.sees[i].type](play.sees[i], p[2]).map(([x, y]) => project([p[0] + x, p[1] + y, 0]));
+      const outline = OUTLINES[play.sees[i].type](play.sees[i], p[2]);
+      if (!outline.length) continue;
+      const ring = outline.map(([x, y]) => project([p[0] + x, p[1] + y, 0]));
       context.fillStyle = context.strokeStyle = robotColour(i); context.lineWidth = 1.5;
       path(context, ring, true);
       context.globalAlpha = 0.25; context.fill(); context.globalAlpha = 0.8; context.stroke(); context.globalAlpha = 1;
@@ -237,6 +277,7 @@ const scene = (() => {
     const depth = ({ ring }) => Math.max(...ring.map(([x, y]) => project([x, y, 0])[2]));
     const behind = play.obstacles.slice().sort((a, b) => depth(b) - depth(a));
     behind.forEach((obstacle) => drawObstacle(context, obstacle));
+    drawThing(context);
     drawRange(context, k);
     drawSeen(context, k);
     drawTrails(context, k);
@@ -266,7 +307,7 @@ const scene = (() => {
   }, { passive: false });
   document.getElementById("reset").addEventListener("click", () => look(HOME));
   document.getElementById("top").addEventListener("click", () => look({ ...HOME, yaw: 0, pitch: Math.PI / 2 }));
-  document.getElementById("show-seen").closest("label").hidden = !play.sees.length;
+  document.getElementById("show-seen").closest("label").hidden = !play.sees.some((sees) => sees.type !== "camera");
   for (const id of ["show-plan", "show-trails", "show-edges", "show-range", "show-seen"]) document.getElementById(id).addEventListener("change", draw);
 
   const legend = document.getElementById("legend");

@@ -96,13 +96,17 @@ class SurfaceMetric:
 
     def statistics_each(self, q: Array) -> Array:
         """The same of every step by itself, (T, n, n, n)."""
-        return np.stack([self.statistics(q[t : t + 1]) for t in range(len(q))])
+        seen = np.stack([self.looked_at(step[None]) for step in q])
+        return np.asarray(seen @ self._functions.T).reshape(-1, *(self.basis.n,) * 3)
 
     def looked_at(self, q: Array) -> Array:
         """(J,) share of all looks from q (T, N, 3) [m] that each point gets."""
-        each = (views.density.T @ _mean(views, q[:, robots]) for views, robots in self._groups)
-        shares = (len(robots) / q.shape[1] for _, robots in self._groups)
-        return np.asarray(sum(share * part for share, part in zip(shares, each, strict=True)))
+        out = np.zeros(len(self.points))
+        for views, robots in self._groups:
+            shares = views.grid.blends(q[:, robots].reshape(-1, 3)).gathered(1, len(views.density))[0]
+            near = np.flatnonzero(shares)
+            out += shares[near] @ views.density[near] / (q.shape[0] * q.shape[1])
+        return out
 
     def value(self, q: Array) -> float:
         """E for positions q (T, N, 3) [m]."""
@@ -139,9 +143,3 @@ class SurfaceMetric:
 
     def _coefficients(self, share: Array) -> Array:
         return np.asarray(self._functions @ share).reshape((self.basis.n,) * 3)
-
-
-def _mean(views: Views, q: Array) -> Array:
-    """(G,) share of each viewpoint in looks from q (..., 3)."""
-    blends = views.grid.blends(q.reshape(-1, 3))
-    return np.asarray(blends.gathered(1, len(views.density))[0] / len(blends.first))

@@ -14,18 +14,20 @@ from planner.surface.rays import Rays
 
 @dataclass(frozen=True)
 class SeenSurface:
-    """How long every point of the surface was in each robot's picture.
+    """How long every point of the surface was in each robot's picture, and since when.
 
     Attributes:
-        seconds: (N, J) [s].
+        seconds: (N, J) [s]. first: (N, J) time [s] of the first look at it; inf if there was none.
         share: (J,) of the information on the points.
     """
 
     seconds: Array
+    first: Array
     share: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "seconds", frozen(self.seconds))
+        for name in ("seconds", "first"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def fraction(self) -> float:
@@ -52,9 +54,12 @@ def seen_surface(mission: Mission, q: Array, heading: Array | None = None) -> Se
     surface = surface_of(mission)
     rays = Rays(surface)
     seconds = np.zeros((q.shape[1], len(surface.points)))
+    first = np.full_like(seconds, np.inf)
+    t = np.arange(len(q)) * mission.horizon.dt
     for robot, camera in enumerate(cameras_of(mission)):
         known = np.isfinite(q[:, robot]).all(axis=1)
         look = None if heading is None else heading[known, robot]
-        picture = camera.picture(rays, q[known, robot], look)
-        seconds[robot] = mission.horizon.dt * np.count_nonzero(picture, axis=0)
-    return SeenSurface(seconds, surface.share)
+        picture = camera.picture(rays, q[known, robot], look) > 0.0
+        seconds[robot] = mission.horizon.dt * picture.sum(axis=0)
+        first[robot] = np.where(picture, t[known, None], np.inf).min(axis=0, initial=np.inf)
+    return SeenSurface(seconds, first, surface.share)
