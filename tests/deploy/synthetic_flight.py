@@ -57,7 +57,7 @@ def trajectory(start: Array, duration: float, number: int) -> PiecewisePolynomia
     """Rest to rest: up and back with a bow, quintic pieces."""
     pieces = 4
     T = duration / pieces
-    goals = start + np.array([(0.0, 0.0), (0.1, 1.2), (0.25, 0.7), (0.1, 1.9), (0.15, 0.9)])
+    goals = start[:2] + np.array([(0.0, 0.0), (0.1, 1.2), (0.25, 0.7), (0.1, 1.9), (0.15, 0.9)])
     quintic = np.array([0, 0, 0, 10 / T**3, -15 / T**4, 6 / T**5, 0, 0])
     c = np.zeros((pieces, 4, 8))
     for m in range(pieces):
@@ -68,15 +68,15 @@ def trajectory(start: Array, duration: float, number: int) -> PiecewisePolynomia
     return PiecewisePolynomial(np.full(pieces, T), c)
 
 
-def flight_plan(passed: bool = True, **options: object) -> FlightPlan:
+def flight_plan(passed: bool = True, asked: Mission | None = None, **options: object) -> FlightPlan:
     """A plan with a certificate that binds it, whatever it says."""
-    asked = mission(**options)
+    asked = mission(**options) if asked is None else asked
     starts = [np.array(robot.start) for robot in asked.robots]
     flown = [trajectory(start, asked.horizon.duration, i) for i, start in enumerate(starts)]
     encoded = {robot.name: encode(p, asked.trajectory) for robot, p in zip(asked.robots, flown, strict=True)}
     t = np.arange(asked.steps + 1) * asked.horizon.dt
-    q = np.stack([p.evaluate(t)[:, :2] for p in flown], axis=1)
-    v = np.stack([p.evaluate(t, 1)[:, :2] for p in flown], axis=1)
+    q = np.stack([p.evaluate(t)[:, : asked.dimension] for p in flown], axis=1)
+    v = np.stack([p.evaluate(t, 1)[:, : asked.dimension] for p in flown], axis=1)
     found = indicators(asked, t, q)
     plan = Plan(t, q, v, np.diff(v, axis=0) / asked.horizon.dt, found.ergodicity, 0.0, seed=7)
     checks = (
