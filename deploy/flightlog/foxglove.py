@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 
-def _object(title: str = "", description: str = "", **properties: dict[str, Any]) -> dict[str, Any]:
+def _object(title: str = "", description: str = "", /, **properties: dict[str, Any]) -> dict[str, Any]:
     about = {"title": f"foxglove.{title}"} if title else {}
     if description:
         about["description"] = description
@@ -44,8 +44,13 @@ _NUMERIC_TYPE = _named(
 )
 _LEVEL = _named("LogLevel", "UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
 
-_STAMPED = {"timestamp": _TIME, "frame_id": _TEXT}
-_VERTICES = {"points": _list(_POINT3), "color": _COLOR, "colors": _list(_COLOR), "indices": _list(_COUNT)}
+_STAMPED: dict[str, dict[str, Any]] = {"timestamp": _TIME, "frame_id": _TEXT}
+_VERTICES: dict[str, dict[str, Any]] = {
+    "points": _list(_POINT3),
+    "color": _COLOR,
+    "colors": _list(_COLOR),
+    "indices": _list(_COUNT),
+}
 
 _LINE = _object(
     "LinePrimitive",

@@ -28,7 +28,6 @@ ELSEWHERE = {
     "fifty_robots",  # `make bench` takes it to certified bytes
     "round_trip",  # flown, too: tests/deploy/test_round_trip.py
     "three_minutes",  # flown, too: tests/deploy/test_three_minutes.py
-    "inspect_four",  # half a minute; test_surface_search.py plans a smaller one
     "quadrotor_map",  # a model for studies, not to fly: test_planner_quadrotor.py
     "inspect_four",  # `make bench` takes it to certified bytes; a search around an object: test_surface_search.py
     "inspect_chair",
