@@ -1,13 +1,16 @@
 """LED rings: they show how wide each robot sees, on the radio that is left over, and nothing waits for them."""
 
+import dataclasses
 import itertools
 
 import pytest
 
-from deploy.flight.lights import ring_parameters
+from deploy.errors import CommandRefused
+from deploy.flight.lights import Lights, ring_parameters
 from deploy.flightlog.reader import read_log
 from deploy.phases import Phase
 from deploy.radio.drone import Drone
+from deploy.radio.requests import Reply
 from deploy.radio.simulated.air.model import AirModel
 from deploy.radio.simulated.led_ring import LedRing
 from deploy.radio.simulated.parameters import Parameters
@@ -16,6 +19,7 @@ from missions.fleet import altitudes
 from missions.footprint import ConeFootprint, DiscFootprint, PointFootprint, WindowFootprint
 from missions.lights import DARK, DIMMEST, LIGHT_PERIOD, NARROW, WIDE, colour, lit, spread
 from missions.radio import background_rate
+from missions.schema import Radio
 from tests.deploy.flight_bench import At, fly_on, parsed, small_plan, small_text, stage
 
 RING = ", decks: [led_ring], altitude: "
@@ -26,16 +30,14 @@ def shining(more=CONE, cf1=RING + "0.25", cf2=RING + "0.5"):
     return small_plan(parsed(small_text(cf1, cf2, more)))
 
 
-def flown(tmp_path, plan, **kwargs):
+def flown(tmp_path, plan, operator=None):
     """Outcome, log, and what the rings shone like every 0.1 s of the flight: (t, {robot: colour})."""
     seen = []
-    air = kwargs.pop("air", None)
-    with stage(tmp_path, plan, **({} if air is None else {"air": air})) as ready:
+    with stage(tmp_path, plan) as ready:
         drones = list(ready.swarm.drones.values())
         ready.world.every(0.1, lambda t: seen.append((t, [drone.light for drone in drones])))
-        operator = kwargs.pop("operator", None)
         extra = {} if operator is None else {"operator": operator.bind(ready.clock)}
-        outcome = fly_on(ready, plan, **({"mocap": ready.capture} if air else {}), **extra)
+        outcome = fly_on(ready, plan, **extra)
     return outcome, read_log(next(tmp_path.glob("flight-*.mcap"))), seen
 
 
@@ -123,24 +125,57 @@ def test_no_colour_is_sent_once_a_flight_ends_early(tmp_path, monkeypatch):
     assert max(sent) <= began
 
 
-def test_an_old_firmware_without_fading_flies_all_the_same(tmp_path, monkeypatch):
-    has = Drone.has_parameter
-    monkeypatch.setattr(Drone, "has_parameter", lambda self, name: not name.startswith("ring.fade") and has(self, name))
-    find = Drone._parameter
+class OldDrone:
+    """One whose firmware cannot fade."""
 
-    def missing(self, name):
-        return find(self, "no.such" if name.startswith("ring.fade") else name)
+    connected, asked = True, 0
 
-    monkeypatch.setattr(Drone, "_parameter", missing)
-    outcome, log, _ = flown(tmp_path, shining())
-    assert outcome.phase is Phase.LANDED
-    assert not outcome.faults
-    assert log.of("cf1", "light") is None
+    def send_parameter(self, name, value):
+        self.asked += 1
+        raise CommandRefused(f"it has no parameter '{name}'")
 
 
-def test_on_the_modelled_radio_lights_stay_within_the_budget(tmp_path):
-    plan = shining()
-    outcome, log, _ = flown(tmp_path, plan, air=AirModel.of(plan.mission))
-    assert outcome.phase is Phase.LANDED
+def test_a_firmware_that_cannot_fade_is_asked_once():
+    drone = OldDrone()
+    lights = Lights(shining().mission, {"cf1": drone}, log=None)
+    for turn in range(300):
+        lights.turn(0.01 * turn, lambda name: (0.5, 0.5, 0.3), showing=True)
+    assert drone.asked == 1
+
+
+class Deaf(OldDrone):
+    """One that never answers."""
+
+    def __init__(self):
+        self.waiting = []
+
+    def send_parameter(self, name, value):
+        self.asked += 1
+        self.waiting.append(Reply(None, 0.01 * self.now))
+        return self.waiting[-1]
+
+    def forget(self, reply):
+        self.waiting.remove(reply)
+
+
+def test_who_does_not_answer_is_told_nothing_for_a_while():
+    drone = Deaf()
+    lights = Lights(shining().mission, {"cf1": drone}, log=None)
+    for drone.now in range(450):
+        lights.turn(0.01 * drone.now, lambda name: (0.5, 0.5, 0.3), showing=True)
+    assert drone.asked == 3  # at 0, and 2 s after each
+    assert len(drone.waiting) == 1
+
+
+def test_a_dongle_that_carries_no_more_than_the_budget_carries_the_lights(tmp_path):
+    """Two drones with rings on a dongle of just so many exchanges a second: nobody is late, lost or poorly heard."""
+    mission = shining().mission
+    tight = dataclasses.replace(mission, radio=Radio(packet_rate=2.0 * background_rate(mission)))
+    plan = small_plan(tight)
+    with stage(tmp_path, plan, air=AirModel.of(tight)) as ready:
+        outcome = fly_on(ready, plan, mocap=ready.capture)
+        assert outcome.phase is Phase.LANDED
+        assert all(line.dropped == 0 for line in ready.air.lines.values())
+    lights = read_log(next(tmp_path.glob("flight-*.mcap"))).of("cf1", "light")
+    assert 2 <= len(lights) <= mission.horizon.duration / LIGHT_PERIOD + 3
     assert max(outcome.largest_error.values()) < 0.1  # [m]
-    assert len(log.of("cf1", "light")) <= plan.mission.horizon.duration / LIGHT_PERIOD + 3
