@@ -21,7 +21,7 @@ from planner.surface.views import Blends, Grid
 KEPT = 1e-7  # least singular value that is kept, of the largest: E is then exact to 1e-12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Views:
     """Looks of one camera from every viewpoint of a grid.
 
@@ -85,10 +85,10 @@ class SurfaceMetric:
     @cached_property
     def _groups(self) -> Sequence[tuple[Views, list[int]]]:
         """Robots by camera: those with the same one are looked at together."""
-        groups: dict[int, tuple[Views, list[int]]] = {}
+        groups: dict[Views, list[int]] = {}
         for robot, views in enumerate(self.views):
-            groups.setdefault(id(views), (views, []))[1].append(robot)
-        return list(groups.values())
+            groups.setdefault(views, []).append(robot)
+        return list(groups.items())
 
     def statistics(self, q: Array) -> Array:
         """c_k of what robots at q (T, N, 3) [m] look at, (n, n, n): every robot and step counts alike (FEO, Eq. 26)."""

@@ -13,6 +13,7 @@ from tests.benchmarks import (
     planner,
     reference,
     rehearsal,
+    surface,
     trajectories,
 )
 
@@ -32,6 +33,8 @@ def main() -> None:
     library.run()
     print()
     footprint.run()
+    print()
+    surface.run()
     print()
     rehearsal.run()
     print()
