@@ -78,7 +78,7 @@ class Schedule:
             hurrying=1.3,
             rushing=3.0,
             iterations=4 * self.iterations,
-            rounds=max(self.rounds // 3, 1),
+            rounds=max(self.rounds // 4, 1),
             window=2,
             patience=10,
         )
