@@ -15,7 +15,6 @@ from planner.constraints.base import Evaluation, Place, stacked_pairs
 from planner.constraints.pairwise import Rows, pair_and_sub_period
 from planner.dynamics import Cotangent, Motion
 
-
 THINNED = 2e-3  # of log P that is asked for on top: sums over fewer steps are off by about as much
 
 
