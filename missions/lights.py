@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, TypeAlias
 
-from missions.footprint import ConeFootprint, DiscFootprint, Footprint, WindowFootprint
+from missions.footprint import CameraFootprint, ConeFootprint, DiscFootprint, Footprint, WindowFootprint
 
 if TYPE_CHECKING:
     from missions.schema import Mission
@@ -23,19 +23,22 @@ DIMMEST = 0.15
 
 
 def lit(mission: Mission) -> tuple[str, ...]:
-    """Names of the robots whose LED ring shows what they see of the floor."""
+    """Names of the robots whose LED ring shows what they see."""
     sees = zip(mission.robots, mission.footprints, strict=False)  # none without footprints
     return tuple(robot.name for robot, footprint in sees if "led_ring" in robot.decks and spread(footprint, 1.0) > 0.0)
 
 
-def spread(footprint: Footprint, height: float) -> float:
-    """How far one sees to each side from a height above the floor [m]; 0 if that is not told by height."""
+def spread(footprint: Footprint, distance: float) -> float:
+    """How far one sees to each side from a height above the floor, or a distance from an object [m]; 0: a point."""
+    distance = max(distance, 0.0)
     if isinstance(footprint, DiscFootprint):
         return footprint.radius
     if isinstance(footprint, ConeFootprint):
-        return footprint.slope * max(height, 0.0)
+        return footprint.slope * distance
     if isinstance(footprint, WindowFootprint):
-        return math.sqrt(footprint.slopes[0] * footprint.slopes[1]) * max(height, 0.0)
+        return math.sqrt(footprint.slopes[0] * footprint.slopes[1]) * distance
+    if isinstance(footprint, CameraFootprint):
+        return math.tan(footprint.half_angle) * distance
     return 0.0
 
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from deploy.errors import DeployError
 from deploy.flightlog.writer import FlightLog
 from deploy.radio.fleet import Fleet
@@ -31,9 +33,11 @@ def ring_parameters(mission: Mission, robot: str) -> dict[str, float]:
     return {"ring.fadeTime": LIGHT_PERIOD, "ring.fadeColor": 0.0, "ring.effect": float(_FADE)}
 
 
-def _heights(mission: Mission) -> tuple[float, float]:
-    """Between which robots search [m]."""
+def _distances(mission: Mission) -> tuple[float, float]:
+    """Between which robots search, from the floor or from the object [m]."""
     box, planned = mission.workspace, altitudes(mission)
+    if mission.object is not None:
+        return mission.object.near, mission.object.far or math.dist(box.lower, box.upper)
     if mission.dimension == 2:
         return float(planned.min()), float(planned.max())
     return max(box.lower[2], LEAST_HEIGHT), box.upper[2]
@@ -50,7 +54,9 @@ class Lights:
         self._fleet, self._log = fleet, log
         names = lit(mission)
         self._sees = {r.name: f for r, f in zip(mission.robots, mission.footprints, strict=False) if r.name in names}
-        low, high = _heights(mission)
+        surface = None if mission.object is None else mission.object.surface
+        self._points = None if surface is None else surface.points
+        low, high = _distances(mission)
         self._bounds = {name: (spread(f, low), spread(f, high)) for name, f in self._sees.items()}
         self._shown: dict[str, Colour] = dict.fromkeys(self._sees, DARK)
         self._due: dict[str, float] = dict.fromkeys(self._sees, -math.inf)
@@ -66,12 +72,18 @@ class Lights:
             position = where(name) if showing else None
             if showing and position is None:
                 continue
-            wide = 0.0 if position is None else spread(footprint, position[2])
+            wide = 0.0 if position is None else spread(footprint, self._distance(position))
             wanted = DARK if position is None else colour(wide, *self._bounds[name])
             self._due[name] = now + LIGHT_PERIOD
             if wanted != self._shown[name]:
                 self._say(name, wanted, wide)
                 return
+
+    def _distance(self, position: Vec3) -> float:
+        """From what is looked at [m]."""
+        if self._points is None:
+            return position[2]
+        return float(np.linalg.norm(self._points - np.array(position), axis=1).min())
 
     def _listen(self, now: float) -> None:
         """Write down what was answered; give up what was not."""

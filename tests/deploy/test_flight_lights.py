@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 
+import numpy as np
 import pytest
 
 from deploy.errors import CommandRefused
@@ -16,11 +17,12 @@ from deploy.radio.simulated.led_ring import LedRing
 from deploy.radio.simulated.parameters import Parameters
 from deploy.radio.simulated.toc import param_toc
 from missions.fleet import altitudes
-from missions.footprint import ConeFootprint, DiscFootprint, PointFootprint, WindowFootprint
+from missions.footprint import CameraFootprint, ConeFootprint, DiscFootprint, PointFootprint, WindowFootprint
 from missions.lights import DARK, DIMMEST, LIGHT_PERIOD, NARROW, WIDE, colour, lit, spread
+from missions.objects import InspectedObject, Surface
 from missions.radio import background_rate
 from missions.schema import Radio
-from tests.deploy.flight_bench import At, fly_on, parsed, small_plan, small_text, stage
+from tests.deploy.flight_bench import At, fly_on, parsed, small_mission, small_plan, small_text, stage
 
 RING = ", decks: [led_ring], altitude: "
 CONE = "footprint: {type: cone, slope: 0.5}"
@@ -57,6 +59,7 @@ def test_colours_go_from_warm_and_bright_to_cold_and_dim():
         (DiscFootprint(0.3), 0.3),
         (ConeFootprint(0.5), 0.4),
         (WindowFootprint((0.2, 0.8)), 0.32),
+        (CameraFootprint(half_angle=0.46364760900080615), 0.4),
     ],
     ids=lambda item: getattr(item, "type", ""),
 )
@@ -141,6 +144,30 @@ def test_a_firmware_that_cannot_fade_is_asked_once():
     for turn in range(300):
         lights.turn(0.01 * turn, lambda name: (0.5, 0.5, 0.3), showing=True)
     assert drone.asked == 1
+
+
+class Told(OldDrone):
+    """One that is told colours and says nothing."""
+
+    def send_parameter(self, name, value):
+        self.colour = (int(value) >> 16 & 0xFF, int(value) >> 8 & 0xFF, int(value) & 0xFF)
+        return Reply(None, 0.0)
+
+
+def test_around_an_object_it_is_the_distance_that_counts():
+    """Nearest point of the surface; ``near`` is the narrowest, ``far`` the widest."""
+    points = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 1.0]])
+    seen = Surface(points, np.zeros((0, 3), int), points, points, 1.0, np.ones(2), np.zeros(2, int))
+    thing = InspectedObject("thing.ply", near=0.4, far=1.6, surface=seen)
+    robots = tuple(dataclasses.replace(robot, decks=("led_ring",)) for robot in small_mission().robots)
+    mission = dataclasses.replace(
+        small_mission(), robots=robots, footprint=CameraFootprint(half_angle=0.5), object=thing
+    )
+    for distance, wanted in ((0.4, colour(1.0, 1.0, 4.0)), (0.8, colour(2.0, 1.0, 4.0)), (1.6, colour(4.0, 1.0, 4.0))):
+        drone = Told()
+        lights = Lights(mission, {"cf1": drone}, log=None)
+        lights.turn(0.0, lambda name, away=distance: (away, 0.0, 1.0), showing=True)
+        assert drone.colour == wanted
 
 
 class Deaf(OldDrone):
