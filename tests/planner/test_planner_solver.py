@@ -347,7 +347,7 @@ class TestCoarseGrid:
 
     def test_races_begin_on_a_grid_that_is_coarser_still(self):
         problem = build_problem(imec())
-        assert [(lap.grid.steps, len(lap.heats)) for lap in race.laps(problem)] == [(75, 3), (150, 2)]
+        assert [(lap.grid.steps, len(lap.heats)) for lap in race.laps(problem)] == [(75, 3), (150, 1)]
         quarter = coarser(coarser(imec()), RACE)
         assert coarser(quarter, RACE) is None  # 75 steps cannot be halved, and are few enough
         whole = [lap.heats for lap in race.laps(dataclasses.replace(problem, coarse=problem.coarse.coarse))]
