@@ -98,8 +98,8 @@ class Flight:
         self.on_worse: Callable[[Reaction], None] = lambda reaction: None
         self.ready: dict[str, Ready] = {}
         self.left_behind: dict[str, str] = {}
+        self.picture = Picture(log, plan, self.courses.references, clock.now())  # rays around an object take seconds
         self.turned, self.timing = clock.now(), Timing()
-        self.picture = Picture(log, plan, self.courses.references, clock.now())
         self.lights = Lights(mission, fleet, log)
         self.on_return: Callable[[str], None] = lambda robot: None
         self.replanner: Replanner | None = None

@@ -19,6 +19,8 @@ from planner.transfers import Move, Passage, Transfers, duration
 
 AT_ALTITUDE = 0.15  # m
 AT_PLACE = 0.10  # m
+AHEAD = 0.05  # rad from the x axis, along which drones are put on their pads: less needs no turn
+_STEEPEST = 2.1875  # rate of the commander's polynomial at its fastest, over its mean (planner.c, degree 7)
 _NUDGE = 0.6  # s after which a take-off that was accepted but not begun is given once more
 _BLINK = 0.2  # s, longer than the supervisor's blink
 
@@ -53,13 +55,15 @@ def take_off(flight: Flight) -> None:
 
 
 def transfer(flight: Flight) -> None:
-    """Everybody to the start of their trajectory.
+    """Everybody to the start of their trajectory, and turned to where it looks first.
 
     Raises:
         FlightAborted: somebody refused.
     """
     flight.enter(Phase.TRANSFERRING)
-    refused = fly(flight, _transfers(flight).approach)
+    passage = {**_transfers(flight).approach, **_turns(flight)}
+    flight.allow(duration(passage))
+    refused = fly(flight, passage)
     if refused:
         raise FlightAborted(f"transfer: {refused}")
 
@@ -121,6 +125,17 @@ def fly(flight: Flight, passage: Passage) -> str:
             return refused
     flight.wait(begun + duration(passage) - flight.clock.now())
     return ""
+
+
+def _turns(flight: Flight) -> Passage:
+    """Turns on the spot of those who are there already: take-off keeps a heading, and only moves change it."""
+    moved, rate = _transfers(flight).approach, flight.plan.mission.trajectory.yaw_rate
+    turns: dict[str, tuple[Move, ...]] = {}
+    for name in flight.fleet:
+        turn = abs(math.remainder(flight.courses.yaw_at_start(name), 2.0 * math.pi))
+        if turn > AHEAD and not moved.get(name):
+            turns[name] = (Move(flight.courses.start(name), 0.0, _STEEPEST * turn / rate),)
+    return turns
 
 
 def require(flight: Flight, what: str, codes: dict[str, int | None]) -> None:

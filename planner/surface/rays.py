@@ -11,28 +11,35 @@ from missions.arrays import Array
 from missions.objects import Surface
 from planner.errors import PlannerError
 
-BEHIND = 1e-3  # of the distance: how far a ray may fall short of a point and still see it
+BEHIND = 1e-3  # [m] that a ray may fall short of a point and still see it
 BATCH = 500_000  # rays at once: 50 MB
 
 
 class Rays:
     """A surface that rays are cast at.
 
-    Attributes:
+    Args:
         surface: what they hit.
+
+    Raises:
+        PlannerError: no library to cast them with. (trimesh's own way, without Embree, takes a second for a thousand.)
     """
 
     def __init__(self, surface: Surface) -> None:
         try:
             import trimesh
+            from trimesh.ray.ray_pyembree import RayMeshIntersector
         except ImportError:
             raise PlannerError("casting rays takes trimesh and Embree: pip install 'ergoflie[objects]'") from None
         self.surface = surface
-        mesh: Any = trimesh.Trimesh(surface.vertices, surface.faces, process=False, validate=False)
-        self._caster = mesh.ray
+        mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False, validate=False)
+        self._caster: Any = RayMeshIntersector(mesh)
         corner = surface.vertices[surface.faces]
         self._corner = corner[:, 0]
         self._across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        # The squares that points of a cloud become overlap: they do not hide one another by less than their size.
+        side = float(np.sqrt(np.median(np.linalg.norm(self._across, axis=1))))
+        self._behind = side if surface.two_sided else BEHIND
 
     def sees(self, x: Array, points: NDArray[np.intp]) -> NDArray[np.bool_]:
         """(R,) whether nothing is between positions x (R, 3) [m] and the surface's points of these numbers (R,)."""
@@ -40,7 +47,7 @@ class Rays:
         for first in range(0, len(x), BATCH):
             rays = slice(first, first + BATCH)
             way = self.surface.points[points[rays]] - x[rays]
-            out[rays] = self.first_hit(x[rays], way) >= 1.0 - BEHIND
+            out[rays] = self.first_hit(x[rays], way) >= 1.0 - self._behind / np.linalg.norm(way, axis=1)
         return out
 
     def first_hit(self, x: Array, way: Array) -> Array:

@@ -49,3 +49,22 @@ def test_the_heading_follows(tmp_path, controller):
         assert during.sum() > 20
         assert asked[0] == pytest.approx(FIRST, abs=0.05)
         assert np.abs(estimate["attitude"][during, 2] - asked).max() < 0.25  # 0.2 s behind with PID
+
+
+def test_who_starts_above_his_pad_turns_before_the_search_begins(tmp_path):
+    """No move takes him there, so nothing else would turn him: he would begin the search with a jerk."""
+    mission = small_mission()
+    over_pads = tuple(dataclasses.replace(robot, pad=None) for robot in mission.robots)
+    mission = dataclasses.replace(mission, robots=over_pads, trajectory=TrajectorySettings(yaw=PathYaw()))
+    plan = certified(mission, {name: turning(encoded) for name, encoded in small_plan(mission).trajectories.items()})
+    assert not any(plan.transfers.approach.values())
+    with stage(tmp_path, plan) as ready:
+        outcome = fly_on(ready, plan)
+        path = ready.log.path
+    assert outcome.phase is Phase.LANDED, outcome
+    record = read_log(path)
+    begin = next(event.t for event in record.events if event.name == "mission_start")
+    for name in plan.trajectories:
+        estimate = record.series[f"/{name}/estimate"]
+        before = np.searchsorted(estimate.t, begin) - 1
+        assert estimate["attitude"][before, 2] == pytest.approx(FIRST, abs=0.05)

@@ -19,7 +19,7 @@ from missions.obstacles import ObjectPart
 from missions.placing import parts, spread
 from missions.schema import FacingYaw, FixedYaw
 from missions.shapes import solid
-from tests.planner.objects_bench import BOX, STATUE, as_ply, box, read, text
+from tests.planner.objects_bench import BOX, STATUE, as_cloud, as_ply, box, read, text
 
 EXAMPLES = Path(missions.__file__).parent / "examples"
 
@@ -29,11 +29,6 @@ def refuse(data, mission=None, **how):
         read(data, mission, **how)
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def cloud(points):
-    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {a}\n" for a in "xyz")
-    return (head + "end_header\n" + "\n".join(" ".join(map(str, p)) for p in points) + "\n").encode()
 
 
 def sphere(count=600, radius=0.3, centre=(0.0, 0.0, 0.5)):
@@ -87,7 +82,7 @@ def test_points_are_spread_evenly_and_face_outwards():
 
 
 def test_a_cloud_of_points_is_a_surface_too():
-    surface = read(cloud(sphere())).object.surface
+    surface = read(as_cloud(sphere())).object.surface
     assert surface.two_sided
     assert surface.area * len(surface.points) == pytest.approx(4.0 * np.pi * 0.09, rel=0.2)
     outward = (surface.points - [0.0, 0.0, 0.5]) / 0.3
@@ -137,8 +132,8 @@ REFUSED = [
     (BOX[:200], {}, r"object\.file: 'thing\.ply': (not a readable PLY file|2 points)"),
     (as_ply((np.empty((0, 3)), np.empty((0, 3), int))), {}, r"object\.file: 'thing\.ply': (empty|not a readable)"),
     (OPEN, {}, r"object\.file: 'thing\.ply': not watertight: 3 edges"),
-    (cloud(sphere(20)), {}, r"object\.file: 'thing\.ply': 20 points; allowed: 50 to"),
-    (cloud([[np.nan, 0, 0]] * 60), {}, r"object\.file: 'thing\.ply': points with NaN"),
+    (as_cloud(sphere(20)), {}, r"object\.file: 'thing\.ply': 20 points; allowed: 50 to"),
+    (as_cloud([[np.nan, 0, 0]] * 60), {}, r"object\.file: 'thing\.ply': points with NaN"),
     (
         as_ply((1000.0 * box()[0], box()[1])),
         {},
@@ -154,7 +149,7 @@ REFUSED = [
     (BOX, {"item": "far: 0.2"}, r"object\.far: got 0\.2; allowed: more than near = 0\.3"),
     (BOX, {"item": "far: 0.5"}, r"robots\[0\]\.start: got .* m from the object; allowed: at most object\.far = 0\.5"),
     (BOX, {"item": "facing: [0, 0, 0]"}, r"object\.facing: got no direction"),
-    (cloud(sphere()), {"item": "facing: [0, 0, 1]"}, r"object\.facing: got a direction for a point cloud"),
+    (as_cloud(sphere()), {"item": "facing: [0, 0, 1]"}, r"object\.facing: got a direction for a point cloud"),
     (
         BOX,
         {"information": "type: gaussians, components: [{mean: [1.4, 1.4, 1.7], covariance: 0.0001}]"},

@@ -44,4 +44,9 @@ def as_ply(surface):
     return ply(*surface).encode()
 
 
+def as_cloud(points):
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {a}\n" for a in "xyz")
+    return (head + "end_header\n" + "\n".join(" ".join(map(str, p)) for p in points) + "\n").encode()
+
+
 STATUE, CHAIR, BOX = as_ply(statue()), as_ply(chair()), as_ply(box())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from missions.footprint import CameraFootprint
 from missions.placing import spread
 from missions.trajectory import FacingYaw, FixedYaw
 from planner.ergodic.basis import CosineBasis
+from planner.errors import PlannerError
 from planner.indicators import ergodic_metric
 from planner.surface.camera import Camera
 from planner.surface.metric import Views
@@ -21,7 +23,7 @@ from planner.surface.mission import surface_of
 from planner.surface.rays import Rays
 from planner.surface.seen import seen_surface
 from planner.surface.views import Grid, looks
-from tests.planner.objects_bench import BOX, CHAIR, STATUE, read, text
+from tests.planner.objects_bench import BOX, CHAIR, STATUE, as_cloud, read, text
 
 STEP = 1e-6
 LOWER, UPPER = np.array([-1.5, -1.5, 0.2]), np.array([1.5, 1.5, 1.8])
@@ -56,9 +58,18 @@ def triangles_hit(surface, x, way):
 def test_rays_see_what_all_triangles_one_by_one_say(chair):
     rng = np.random.default_rng(0)
     x, j = around(300), rng.integers(0, len(chair.points), 300)
-    expected = [triangles_hit(chair, p, chair.points[k] - p) > 1.0 - 1e-3 for p, k in zip(x, j, strict=True)]
+    expected = [
+        (1.0 - triangles_hit(chair, p, chair.points[k] - p)) * np.linalg.norm(chair.points[k] - p) < 1e-3
+        for p, k in zip(x, j, strict=True)
+    ]
     np.testing.assert_array_equal(Rays(chair).sees(x, j), expected)
     assert 0.2 < np.mean(expected) < 0.8
+
+
+def test_without_the_library_the_message_says_what_to_install(chair, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh.ray.ray_pyembree", None)
+    with pytest.raises(PlannerError, match=r"pip install 'ergoflie\[objects\]'"):
+        Rays(chair)
 
 
 def test_a_picture_is_what_rays_spread_over_it_hit(chair):
@@ -97,6 +108,19 @@ def test_looks_count_once_and_nothing_is_seen_from_behind():
     assert not (seen[0] > 0.0)[surface.normals[:, 0] < 0.1].any()
     away = Camera(CameraFootprint(0.5), FixedYaw(0.0))
     assert looks(away, Rays(surface), np.array([[1.0, 0.0, 0.3]])).sum() == 0.0
+
+
+def test_the_near_side_of_a_cloud_hides_the_far_one():
+    k = np.arange(800) + 0.5
+    z, turn = 1.0 - 2.0 * k / 800, 2.399963229728653 * k
+    flat = np.sqrt(1.0 - z * z)
+    ball = np.array([0.0, 0.0, 0.5]) + 0.3 * np.stack((flat * np.cos(turn), flat * np.sin(turn), z), axis=1)
+    surface = surface_of(read(as_cloud(ball)))
+    x = np.array([[1.2, 0.0, 0.5]])
+    seen = Camera(CameraFootprint(0.5), FacingYaw((0.0, 0.0))).picture(Rays(surface), x)[0] > 0.0
+    towards = (surface.points - [0.0, 0.0, 0.5]) @ [1.0, 0.0, 0.0] / 0.3  # from 0.25 = 0.3/1.2 on it is in sight
+    assert seen[towards > 0.5].mean() > 0.95
+    assert seen[towards < 0.1].mean() < 0.05
 
 
 def test_lenses():
