@@ -2,8 +2,8 @@
 
 Motions that differ at the start end in different minima, four times apart in E. Who leads early mostly wins: the rank
 correlation with the final E is 0.5 after 8 rounds, 0.7 after 16, 0.85 after 28. The first heats, with most of the
-starts, are run on the roughest grid there is. The race ends early: to go on from the best of a few with what is known of
-the curvature is worth more than to compare them for longer.
+starts, are run on the roughest grid there is. The race ends early: to go on from the best of a few with what is known
+of the curvature is worth more than to compare them for longer.
 """
 
 from __future__ import annotations
