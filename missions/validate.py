@@ -47,7 +47,7 @@ def validate(mission: Mission, error: ErrorAt) -> None:
     frame = _airframe(mission, error)
     _check_workspace(mission, error)
     _check_horizon(mission, error)
-    check_object(mission, error)
+    check_object(mission, frame, error)
     check_information(mission, error)
     _check_dynamics(mission, error)
     check_limits(mission, frame, error)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from missions.airframes import Airframe
 from missions.arrays import Array
 from missions.errors import MissionError
 from missions.footprint import CameraFootprint
@@ -20,7 +21,7 @@ HUGE = 3.0  # sides of the workspace from which on it is the unit that is wrong,
 SLACK = 1e-6  # [m]
 
 
-def check_object(mission: Mission, error: ErrorAt) -> None:
+def check_object(mission: Mission, frame: Airframe, error: ErrorAt) -> None:
     """Check an object and who looks at it, before the file is read.
 
     Raises:
@@ -40,6 +41,9 @@ def check_object(mission: Mission, error: ErrorAt) -> None:
     if not all(cameras):
         where = _at(cameras.index(False)) if mission.robots[cameras.index(False)].footprint else "footprint"
         raise error("got a footprint on the floor with an object; allowed: camera", where)
+    if item.near < frame.radius:
+        reason = f"got {item.near:g}; allowed: at least {frame.radius:g} [m], the radius of {mission.flight.airframe}"
+        raise error(reason, "object.near")
     if item.far is not None and item.far <= item.near:
         raise error(f"got {item.far:g}; allowed: more than near = {item.near:g} [m]", "object.far")
     if item.facing is not None and math.hypot(*item.facing) < 1e-9:

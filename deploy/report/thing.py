@@ -45,4 +45,5 @@ def thing_table(analysis: FlightAnalysis) -> str:
         for k, name in enumerate(analysis.names)
     ]
     rows.append(["together", *(number(100.0 * each.fraction, 1) if each else "–" for each in (certified, flown))])
-    return table(["robot", "certified [%]", "flown [%]"], rows, "Information on the object that was seen", (1, 2))
+    caption = "Information on the object that was seen; in the playback, points have the colour of who saw them first"
+    return table(["robot", "certified [%]", "flown [%]"], rows, caption, (1, 2))

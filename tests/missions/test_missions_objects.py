@@ -170,6 +170,7 @@ RULES = [
     ("type: camera, half_angle: 0.5, pitch: 0.0", "type: cone, slope: 0.4", r"footprint: got a footprint on the floor"),
     ("footprint: {type: camera, half_angle: 0.5, pitch: 0.0}", "", r"missing key 'footprint'"),
     ("object: {file: thing.ply, near: 0.3, samples: 200}", "", r"footprint: got a camera without an object"),
+    ("near: 0.3", "near: 0.01", r"object\.near: got 0\.01; allowed: at least 0\.\d+ \[m\], the radius of"),
     ("functions_per_axis: 4", "functions_per_axis: 20", r"basis\.functions_per_axis: got 20; allowed: at most 12"),
     ("starts: 1}", "starts: 1}\ntrajectory: {yaw: {type: path}}", r"trajectory\.yaw: got path with an object"),
 ]
