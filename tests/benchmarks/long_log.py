@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import tempfile
@@ -31,6 +30,7 @@ from planner.indicators import indicators
 from planner.plan import Plan
 from planner.trajectory.encode import decode, encode
 from planner.trajectory.piecewise import PiecewisePolynomial
+from tests.benchmarks.memory import most_memory
 
 ASKED_CPU, ASKED_MEMORY = 20.0, 1.0  # s, GB: issue 7, for ten minutes of ten drones
 CELL = 1.2  # m, side of the square each drone moves in
@@ -145,9 +145,13 @@ def report(path: Path) -> dict[str, float]:
     page = build_report(analysis)
     marks.append(time.process_time())
     read, judged, built = np.diff(marks).tolist()
-    unit = 1 if sys.platform == "darwin" else 1024
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e9
-    return {"read": read, "analyse": judged, "page": built, "memory": memory, "size": len(page.encode()) / 1e6}
+    return {
+        "read": read,
+        "analyse": judged,
+        "page": built,
+        "memory": most_memory() / 1e9,
+        "size": len(page.encode()) / 1e6,
+    }
 
 
 def run(drones: int = 10, minutes: float = 10.0, path: Path | None = None) -> None:

@@ -13,7 +13,6 @@ import argparse
 import json
 import math
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -35,6 +34,7 @@ from planner.trajectory.encode import decode, encode
 from planner.trajectory.piecewise import PiecewisePolynomial
 from planner.transfer.plan import plan_transfers
 from tests.benchmarks import cflib_alone
+from tests.benchmarks.memory import most_memory
 
 COUNTS = (1, 4, 10, 30, 50)
 DURATION = 30.0  # s of search
@@ -111,7 +111,7 @@ def flight_plan(count: int) -> FlightPlan:
 def measure(count: int) -> Row:
     """Connect twice, then rehearse one flight."""
     plan = flight_plan(count)
-    before = _resident()
+    before = most_memory()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["XDG_CACHE_HOME"] = folder
         tables = Path(folder) / "tables"
@@ -121,7 +121,7 @@ def measure(count: int) -> Row:
         start = time.process_time()
         outcome, _ = rehearse(plan, log_path=Path(folder) / "flight.mcap")
         cpu = time.process_time() - start
-        memory = (_resident() - before) / count
+        memory = (most_memory() - before) / 1e6 / count
         alone = cflib_alone.cost(plan.mission, tables)
     ended = f"{outcome.phase.value} {outcome.reason}".strip()
     return Row(count, outcome.duration, cpu, alone, cold, cached, memory, ended)
@@ -144,12 +144,6 @@ def _connection(plan: FlightPlan, tables: Path) -> tuple[float, float]:
         for drone in fleet.values():
             drone.close(force=True)
     return max(ends) - start, took
-
-
-def _resident() -> float:
-    """Most memory this process ever had [MB]."""
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
 def machine() -> tuple[float, float]:
