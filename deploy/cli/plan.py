@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,15 +35,20 @@ def run(args: argparse.Namespace) -> int:
     flight_plan: FlightPlan | None
     if args.pick is not None and args.seed is not None:
         return fail("--seed: a plan that is picked is not searched for again; leave one of --pick and --seed out")
-    if args.pick is not None:
-        stem = mission_path.name.removesuffix(".json").removesuffix(".front")
-        target: Path = args.output or Path(f"{stem}.{_in_name(args.pick)}.plan.mcap")
-        flight_plan = plan_pick(mission_path, args.pick)
+    if args.pick is None:
+        target: Path = args.output or Path(f"{mission_path.stem}.plan.mcap")
     else:
-        target = args.output or Path(f"{mission_path.stem}.plan.mcap")
+        stem = mission_path.name.removesuffix(".json").removesuffix(".front")
+        target = args.output or Path(f"{stem}.{_in_name(args.pick)}.plan.mcap")
+    if obstacle := _obstacle(target):
+        return fail(f"{target}: cannot write the plan file: {obstacle}")
+    if args.pick is None:
         flight_plan = plan_mission(mission_path, seed=args.seed)
+    else:
+        flight_plan = plan_pick(mission_path, args.pick)
     if flight_plan is None:
         return 1
+    target.parent.mkdir(parents=True, exist_ok=True)
     write_plan(target, flight_plan)
     if args.json:
         print_json({**summary(flight_plan), "plan": str(target)})
@@ -50,6 +56,16 @@ def run(args: argparse.Namespace) -> int:
         print_plan(flight_plan)
         out.print(f"plan: {target}")
     return 0
+
+
+def _obstacle(target: Path) -> str:
+    """Why a file could not be written, as far as that can be told before planning takes time; empty if it could."""
+    if target.is_dir():
+        return "it is a folder"
+    folder = next(parent for parent in target.absolute().parents if parent.exists())
+    if not folder.is_dir():
+        return f"{folder} is no folder"
+    return "" if os.access(folder, os.W_OK) else f"no permission to write into {folder}"
 
 
 def _in_name(pick: str) -> str:

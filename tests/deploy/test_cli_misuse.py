@@ -12,7 +12,7 @@ MISSIONS = Path(missions.__file__).parent
 
 @pytest.fixture(scope="module")
 def plan(tmp_path_factory):
-    path = tmp_path_factory.mktemp("plan") / "one.plan.mcap"
+    path = tmp_path_factory.mktemp("plan") / "a folder" / "that is new" / "one.plan.mcap"
     assert main(["plan", str(MISSIONS / "one_drone.yaml"), "-o", str(path)]) == 0
     return path
 
@@ -99,6 +99,13 @@ def test_output_that_cannot_be_written(plan, tmp_path, capsys):
     blocked.write_text("in the way")
     assert "file" in refused(capsys, "export", plan, "-o", blocked / "csv")
     assert "file" in refused(capsys, "dry-run", plan, "-o", blocked)
+
+
+@pytest.mark.parametrize(("output", "expected"), [("file/new/x.mcap", "no folder"), (".", "is a folder")])
+def test_a_plan_that_could_not_be_written_is_not_searched_for(tmp_path, capsys, monkeypatch, output, expected):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setattr("deploy.cli.planning.plan_mission", lambda *_, **__: pytest.fail("it was"))
+    assert expected in refused(capsys, "plan", MISSIONS / "one_drone.yaml", "-o", tmp_path / output)
 
 
 def test_a_good_plan_is_certified_again_and_exported(plan, tmp_path, capsys):
