@@ -12,7 +12,8 @@ import numpy as np
 
 from missions.arrays import Array
 from missions.shapes import Solid
-from planner.certificate.bernstein import MOST_OPEN, ROUNDING, ROUNDS, Minimum, halves
+from planner.certificate.bernstein import ROUNDING, Minimum
+from planner.certificate.branching import smallest
 
 
 def closest(points: Array, start: Array, end: Array, solid: Solid, resolution: float) -> Minimum:
@@ -25,32 +26,15 @@ def closest(points: Array, start: Array, end: Array, solid: Solid, resolution: f
         solid: the solid.
         resolution: largest gap between bound and attained [m].
     """
-    best, when, proven = np.inf, 0.0, np.inf
-    left, right = halves(points.shape[-1] - 1)
-    for _ in range(ROUNDS):
-        at_ends = np.moveaxis(points[..., [0, -1]], 1, 0)  # (3, B, 2)
-        distance = solid.distance(at_ends)
-        piece, side = np.unravel_index(int(np.argmin(distance.value)), distance.value.shape)
-        if distance.value[piece, side] < best:
-            best, when = float(distance.value[piece, side]), float((start, end)[side][piece])
+
+    def look(points: Array) -> tuple[Array, Array]:
+        distance = solid.distance(np.moveaxis(points[..., [0, -1]], 1, 0))
         directions = (solid.distance(points.mean(axis=-1).T).gradient, *np.moveaxis(distance.gradient, -1, 0))
         low = np.fmax.reduce([_lowest(points, n, solid) for n in directions])
         low[np.isnan(low)] = -np.inf  # no direction, no bound
-        open_ = low < best - resolution
-        proven = min(proven, float(low[~open_].min(initial=np.inf)))
-        points, start, end, low = points[open_], start[open_], end[open_], low[open_]
-        if len(points) == 0:
-            break
-        if len(points) > MOST_OPEN:  # the bound stays a bound, only wider than the resolution
-            proven = min(proven, float(low.min()))
-            break
-        middle = (start + end) / 2
-        points = np.concatenate([points @ left.T, points @ right.T])
-        start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
-        low = np.concatenate([low, low])
-    else:
-        proven = min(proven, float(low.min()))
-    return Minimum(np.array([min(proven, best)]), np.array([best]), np.array([when]))
+        return distance.value, low
+
+    return smallest(points, start, end, look, resolution)
 
 
 def _lowest(points: Array, n: Array, solid: Solid) -> Array:

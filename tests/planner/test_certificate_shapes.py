@@ -21,7 +21,7 @@ from missions.schema import (
     Workspace,
 )
 from missions.shapes import SignedDistance, Solid, outline, solid
-from planner.certificate import convex, obstacles
+from planner.certificate import branching, obstacles
 from planner.certificate.certify import certify
 from planner.certificate.convex import closest
 from planner.trajectory.bezier import control_points, power_coefficients
@@ -123,7 +123,7 @@ class Liar(Solid):
 @pytest.mark.parametrize("seed", range(5))
 def test_the_bound_holds_wherever_its_half_spaces_come_from(seed, monkeypatch):
     """The proof needs the vertices only: a mistake in the distance all others use could not make it pass."""
-    monkeypatch.setattr(convex, "ROUNDS", 8)  # bad directions close no gap, so there is no end to wait for
+    monkeypatch.setattr(branching, "ROUNDS", 8)  # bad directions close no gap, so there is no end to wait for
     rng = np.random.default_rng(seed)
     points = rng.normal(0.0, 0.5, (1, 3, 8)) + np.array([1.5, 0.0, 0.0])[:, None]
     body = SOLIDS[3]
