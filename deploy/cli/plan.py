@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from deploy.cli.types import Subparsers
-    from planner.flightplan import FlightPlan
 
 
 def add_parser(commands: Subparsers) -> None:
@@ -32,20 +32,17 @@ def run(args: argparse.Namespace) -> int:
     from deploy.planfile import write_plan
 
     mission_path: Path = args.mission
-    flight_plan: FlightPlan | None
     if args.pick is not None and args.seed is not None:
         return fail("--seed: a plan that is picked is not searched for again; leave one of --pick and --seed out")
     if args.pick is None:
-        target: Path = args.output or Path(f"{mission_path.stem}.plan.mcap")
+        name, search = mission_path.stem, partial(plan_mission, mission_path, seed=args.seed)
     else:
-        stem = mission_path.name.removesuffix(".json").removesuffix(".front")
-        target = args.output or Path(f"{stem}.{_in_name(args.pick)}.plan.mcap")
+        front = mission_path.name.removesuffix(".json").removesuffix(".front")
+        name, search = f"{front}.{_in_name(args.pick)}", partial(plan_pick, mission_path, args.pick)
+    target: Path = args.output or Path(f"{name}.plan.mcap")
     if obstacle := _obstacle(target):
         return fail(f"{target}: cannot write the plan file: {obstacle}")
-    if args.pick is None:
-        flight_plan = plan_mission(mission_path, seed=args.seed)
-    else:
-        flight_plan = plan_pick(mission_path, args.pick)
+    flight_plan = search()
     if flight_plan is None:
         return 1
     target.parent.mkdir(parents=True, exist_ok=True)
