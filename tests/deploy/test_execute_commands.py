@@ -18,15 +18,19 @@ def bench(tmp_path, cache):
     return functools.partial(fly_watched, tmp_path, cache)
 
 
-def test_a_refused_start_brings_everybody_down(bench, monkeypatch):
+def start_instead(monkeypatch, other):
+    """cf2 is sent another command than that to start its trajectory."""
     honest = Drone.send
 
-    def refusing(drone, command):
-        if drone.name == "cf2" and command.what == "start trajectory":
-            command = highlevel.takeoff(0.6, 1.0)  # from hover: refused with 1
-        return honest(drone, command)
+    def send(drone, command):
+        swapped = drone.name == "cf2" and command.what == "start trajectory"
+        return honest(drone, other if swapped else command)
 
-    monkeypatch.setattr(Drone, "send", refusing)
+    monkeypatch.setattr(Drone, "send", send)
+
+
+def test_a_refused_start_brings_everybody_down(bench, monkeypatch):
+    start_instead(monkeypatch, highlevel.takeoff(0.6, 1.0))  # from hover: refused with 1
     outcome, ready, truth = bench()
     assert outcome.phase is Phase.ABORTED
     assert "trajectory start: cf2: refused by the planner" in outcome.reason
@@ -36,14 +40,7 @@ def test_a_refused_start_brings_everybody_down(bench, monkeypatch):
 
 
 def test_a_start_that_is_accepted_and_not_flown_is_noticed(bench, monkeypatch):
-    honest = Drone.send
-
-    def forgetful(drone, command):
-        if drone.name == "cf2" and command.what == "start trajectory":
-            command = highlevel.start_trajectory(9)  # undefined: the firmware says 0 and does nothing
-        return honest(drone, command)
-
-    monkeypatch.setattr(Drone, "send", forgetful)
+    start_instead(monkeypatch, highlevel.start_trajectory(9))  # undefined: the firmware says 0 and does nothing
     outcome, _, truth = bench()
     assert outcome.phase is Phase.ABORTED
     assert "m from where it should be" in outcome.reason
